@@ -1,16 +1,16 @@
 -- Stops the simulation on a condition: a time, a distance, a region, a standstill, or a collision.
 -- Options: time=0        simulation time at which to stop, s; 0: never
 --          object=       object to which the other conditions apply; default: the first model base
---          way=0         stop when the object has moved this distance, m; 0: never
+--          way=0         stop when the object has travelled this distance, m; 0: never
 --          region=       x1,y1,x2,y2 in m: stop when the object is inside of this region
 --          outside=false true: stop when the object is outside of the region
---          still=0       stop when the object has not moved by more than 1 cm for this time, s; 0: never
---          hit=false     true: stop when the object, or one below it in the tree, touches anything but a plane
+--          still=0       stop when the object has moved by at most 1 cm during this time, s; 0: never
+--          hit=false     true: stop when the object or a descendant of it touches anything but a plane
 --
 --     tatu run scene.toml --seconds 600 --addon auto_stop:object=/Pioneer_p3dx,region=2,2,3,3
 --
--- The first condition that holds is logged and stops the run. Two full steps follow, in which scripts see that the run
--- is stopping.
+-- The first condition that is met is logged and stops the run. Two full steps follow, in which scripts can detect that
+-- the run is stopping.
 
 function sysCall_info()
     return {autoStart = false, menu = 'Stop\nOn a condition'}
@@ -28,7 +28,7 @@ function sysCall_init()
             region[#region + 1] = tonumber(part)
         end
         if #region ~= 4 then
-            error('auto_stop: region must be x1,y1,x2,y2 in m')
+            error('auto_stop: `region` must be four numbers in m: x1,y1,x2,y2')
         end
     end
     if options.hit then
@@ -75,7 +75,7 @@ function sysCall_beforeSimulation()
         last = sim.getObjectPosition(object, -1)
         place = last
     elseif options.way > 0 or region or options.still > 0 or options.hit then
-        error('auto_stop: the scene has no model; name an object: object=/A')
+        error('auto_stop: the scene has no model; select an object with the option object=/A')
     end
 end
 

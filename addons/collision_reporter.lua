@@ -1,7 +1,7 @@
 -- Logs collisions with their objects, time, point and force, and prints a summary at the end.
 -- Options: floors=false    true: also log collisions with planes, such as the floor
---          apart=0.5       time for which two objects must be apart before another collision of them is logged, s
---          only=/A,/B      only log collisions of these objects and of those below them in the tree
+--          apart=0.5       time for which two objects must be apart before their next collision is logged, s
+--          only=/A,/B      log only collisions of these objects and their descendants
 --          file=           also write the collisions to this CSV file
 --
 --     tatu run scene.toml --addon collision_reporter:only=/Pioneer_p3dx
@@ -16,7 +16,7 @@ local function is_plane(object)
     return tatu.get(object, 'shape.primitive') == 'plane'
 end
 
--- Returns whether a path is one of the selected objects, or is below one of them.
+-- Returns whether a path is that of a selected object, or of a descendant of a selected object.
 local function is_meant(path)
     if options.only == '' then
         return true

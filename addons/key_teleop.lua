@@ -1,4 +1,4 @@
--- Drives any robot with two driven wheels by keys: arrows or w a s d; space stops.
+-- Drives any robot with two driven wheels by keys: the arrow keys or w, a, s and d; the space bar stops the robot.
 -- Options: robot=           path of the robot's base; default: the first model with two such wheels
 --          left=, right=    paths of the wheel joints, if they are not found automatically
 --          speed=0.5        speed that a key adds to both wheels, rad/s
@@ -8,8 +8,8 @@
 --     tatu run scene.toml --interactive --addon key_teleop
 --     tatu run scene.toml --keys keys.txt --addon key_teleop:robot=/Pioneer_p3dx
 --
--- The robot's own controller drives until the first key press; from then on the keys do. The x axis of the base points
--- to the front.
+-- The robot's own controller drives the robot until the first key press; after that, only the keys do. The x axis of
+-- the base must point forward.
 
 function sysCall_info()
     return {autoStart = false, menu = 'Drive\nBy keys'}
@@ -45,7 +45,7 @@ local function wheel(base, joint)
     }
 end
 
--- Returns the two driven wheels below a base: on each side the outermost joint with a motor and a lateral axis.
+-- Returns the two driven wheels of a base: on each side, the outermost joint with a motor and a lateral axis.
 local function find(base)
     local best = {}
     for _, joint in ipairs(tatu.list('joint', base)) do
@@ -86,7 +86,7 @@ function sysCall_beforeSimulation()
     local base
     wheels, base = search()
     if not wheels then
-        error('key_teleop: two driven wheels were not found; name them: left=/Robot/leftMotor,right=/Robot/rightMotor')
+        error('key_teleop: found no two driven wheels; select joints: left=/Robot/leftMotor,right=/Robot/rightMotor')
     end
     forward, turning = nil, 0
     sim.addLog(sim.verbosity_scriptinfos, 'key_teleop: drives ' .. tatu.get(base, 'object.path'))

@@ -17,14 +17,14 @@ function sysCall_init()
     options = tatu.options{objects = '', step = 0.05, most = 10000, color = '1 0.4 0', width = 2}
 end
 
--- Returns the colour of the n-th path, whose components are rotated by n - 1 places.
+-- Returns the colour of path n: the given colour, with its components rotated by n - 1 positions.
 local function color(n)
     local parts = {}
     for part in options.color:gmatch('%S+') do
         parts[#parts + 1] = tonumber(part)
     end
     if #parts ~= 3 then
-        error('path_tracer: color must be three numbers, such as "1 0.4 0"')
+        error('path_tracer: `color` must be three numbers separated by spaces, such as "1 0.4 0"')
     end
     local shift = (n - 1) % 3
     return {parts[shift % 3 + 1], parts[(shift + 1) % 3 + 1], parts[(shift + 2) % 3 + 1]}

@@ -35,7 +35,7 @@ end
 function sysCall_beforeSimulation()
     objects, due = chosen(), 0
     if #objects == 0 then
-        error('pose_logger: the scene has no model; name what to log: objects=/A,/B')
+        error('pose_logger: the scene has no model; select the objects to log with the option objects=/A,/B')
     end
     local why
     file, why = io.open(options.file, 'w')
@@ -72,7 +72,7 @@ local function line(time)
 end
 
 function sysCall_sensing()
-    -- The poses are those at the end of this step, to which the physics engine has already advanced.
+    -- The physics engine has already advanced, so the poses are those at the end of this step.
     local time = sim.getSimulationTime() + sim.getSimulationTimeStep()
     if file and time >= due - 1e-9 then
         line(time)

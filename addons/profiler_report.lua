@@ -1,11 +1,11 @@
--- Logs at the end the cost of each script and each kind of sensor: calls, instructions, readings, beams.
+-- Logs, at the end of a run, the cost of each script and each kind of sensor: calls, instructions, readings, beams.
 -- Options: top=20    number of scripts to log, the most expensive first
 --          file=     also write the report to this CSV file
 --
 --     tatu run scene.toml --addon profiler_report
 --
--- The report contains counts but no times, so that it is the same for each run of a scene. Instructions are those of
--- the script's language. The add-on itself is excluded.
+-- The report contains counts instead of times, so it is the same for each run of a scene. Instructions are those of the
+-- script's language. The add-on itself is excluded.
 
 function sysCall_info()
     return {autoStart = false, menu = 'Reports\nUse'}
@@ -40,7 +40,7 @@ local function look()
     local own = sim.getScript(sim.handle_self)
     for _, script in ipairs(tatu.list('script')) do
         if script ~= own then
-            -- Only the file name, because paths differ between machines.
+            -- Use only the file name, because paths differ between machines.
             local name = tatu.get(script, 'script.name'):match('[^/\\]*$')
             local owner = tatu.get(script, 'object.parent')
             local path = owner ~= 0 and tatu.get(owner, 'object.path') or tatu.get(script, 'script.kind')

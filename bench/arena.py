@@ -18,14 +18,14 @@ def numbers(values):
 
 
 def quaternion(turn):
-    """Returns the quaternion x y z w of a rotation matrix given by rows; rotations of less than 180 degrees only."""
+    """Returns the quaternion x y z w of a rotation matrix given by rows. The angle must be less than 180 degrees."""
     m = turn
     w = math.sqrt(max(0.0, 1 + m[0][0] + m[1][1] + m[2][2])) / 2
     return [(m[2][1] - m[1][2]) / (4 * w), (m[0][2] - m[2][0]) / (4 * w), (m[1][0] - m[0][1]) / (4 * w), w]
 
 
 def ray_frame(angle):
-    """Returns the orientation whose z points along `angle` in the plane, and whose x points up."""
+    """Returns the orientation whose z axis is horizontal in the direction `angle`, and whose x axis points up."""
     z = (math.cos(angle), math.sin(angle), 0.0)
     x = (0.0, 0.0, 1.0)
     y = (z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0])
@@ -33,7 +33,7 @@ def ray_frame(angle):
 
 
 def chassis():
-    """Returns mass, centre of mass and inertia (rows) of the box with the castor ball that is fixed to it."""
+    """Returns mass, centre of mass and inertia (by rows) of the chassis and the castor ball fixed to it."""
     rb = scenes.ROBOT
     h = rb["chassis_half"]
     m_box, m_ball, at = rb["chassis_mass"], rb["castor_mass"], rb["castor"]

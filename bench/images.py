@@ -1,4 +1,4 @@
-"""Rows of depth images: Tatu (`bench/beams`) compared with Embree's packets and MuJoCo on software OpenGL."""
+"""Measures the rows about depth images: Tatu (`bench/beams`), Embree's packets, and MuJoCo on software OpenGL."""
 import json
 import statistics
 import subprocess
@@ -9,7 +9,7 @@ from sensors import agree, frames_on_two_threads, ours
 
 
 def mujoco(mesh, seconds):
-    """Returns the faster of EGL and OSMesa, both with Mesa's software renderer, or why neither is available."""
+    """Returns the faster of EGL and OSMesa, both with Mesa's software renderer, or why none is available."""
     found, whys = [], []
     for method in ("egl", "osmesa"):
         command = [sys.executable, "mujoco_sensors.py", "--bench", "depth", "--method", method, "--seconds", str(seconds)]
@@ -25,7 +25,7 @@ def mujoco(mesh, seconds):
 
 
 def depth(embree, passes, with_mujoco, seconds, mesh):
-    """A depth image of 640 x 480 pixels, one core, whole frames; the processes take turns."""
+    """Times complete depth images of 640 x 480 pixels on one core; the processes run alternately."""
     more = ["--mesh"] if mesh else []
     mine, packets, theirs, why = [], [], [], "MuJoCo is not installed"
     for _ in range(passes):
@@ -51,6 +51,6 @@ def depth(embree, passes, with_mujoco, seconds, mesh):
 
 
 def threads(passes, seconds):
-    """The image with the mesh, two threads compared with one."""
+    """Compares two threads with one, for the depth image with the mesh."""
     gain = statistics.median(frames_on_two_threads("depth", seconds, "--mesh") for _ in range(passes))
     row("depth image with a mesh, two threads", gain, None, "1.8", "x")

@@ -1,4 +1,4 @@
-"""Functions shared by all rows: processor time of a command, and the printed line."""
+"""Functions shared by all rows, which measure the processor time of commands and print results."""
 import importlib.util
 import json
 import os
@@ -15,7 +15,7 @@ PEERS = os.path.join(HERE, "peers")
 
 
 def cpu_of(command, **more):
-    """Returns processor time of a command, s, its output, its peak memory, MB, and its wall time, s."""
+    """Runs a command. Returns its processor time (s), its output, its peak memory (MB) and its wall time (s)."""
     before = time.perf_counter()
     p = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, **more)
     out = p.stdout.read()
@@ -26,16 +26,16 @@ def cpu_of(command, **more):
 
 
 def cores():
-    """Returns the two processors for runs in turns; the same one twice if there is only one."""
+    """Returns two processors for alternating runs, or the same one twice if there is only one."""
     mine = sorted(os.sched_getaffinity(0))
     return mine[0], mine[min(1, len(mine) - 1)]
 
 
 def in_turns(commands, turn=0.5):
-    """Runs commands concurrently in turns of `turn` seconds, while all others are stopped; returns their output.
+    """Runs commands alternately for `turn` seconds each, while all others are stopped. Returns their outputs.
 
-    Each item is a command and the processors that it may use. Other load on the machine affects all of them equally,
-    and the stops do not affect a median step or frame.
+    Each item is a command and the processors that it can use. Other load on the machine affects all commands equally,
+    and the stops do not affect the median of steps or frames.
     """
     runs = []
     with tempfile.TemporaryDirectory() as folder:
@@ -72,9 +72,9 @@ def in_turns(commands, turn=0.5):
 def two_threads(command, median, turn=0.5):
     """Returns the speedup of two threads over one, and the output of the runs.
 
-    `command` returns the command for a number of threads, `median` extracts the median step from its output. One thread
-    is timed on each of the two processors, since on a shared machine one may be a fifth slower than the other; the
-    reference is their mean speed.
+    `command` returns the command for a number of threads, and `median` extracts the median step from its output. One
+    thread is timed on each of the two processors, because on a shared machine one can be 20 % slower than the other.
+    The reference is their mean speed.
     """
     a, b = cores()
     runs = in_turns([(command(1), {a}), (command(1), {b}), (command(2), {a, b})], turn)

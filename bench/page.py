@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The page in Chromium with software rendering: loading time, frame rate in large scenes, and the size of a film.
+"""Measures the page in Chromium with software rendering: loading time, frame rate in large scenes, size of a film.
 
     python bench/page.py target/release/tatu
 
@@ -48,7 +48,7 @@ def robots(folder):
 
 
 def mesh(folder):
-    """A wavy sheet of 224 x 224 squares."""
+    """Returns the mesh of a wavy sheet with 224 x 224 squares."""
     n = 224
     with open(os.path.join(folder, "sheet.obj"), "w") as f:
         for i in range(n + 1):
@@ -84,7 +84,7 @@ def loads(program):
         times = []
         for _ in range(5):
             page = Page("about:blank")
-            # A browser that has just started is still busy with its own initialization.
+            # Waits for the browser, which is still busy with its own initialisation.
             time.sleep(3)
             page.send("Page.navigate", url=served.url)
             times.append(page.value(LOADED) / 1000)

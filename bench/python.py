@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Speed of the Python package, as ratios in one run: a step compared with the same step in Rust, and a batch of 64
+"""Measures the speed of the Python package as ratios: a step compared with the same step in Rust, and a batch of 64
 Pioneers with 16 sonars compared with MuJoCo's batches and Gymnasium's processes.
 
     python bench/python.py [--worlds 64] [--seconds 20]
@@ -56,7 +56,7 @@ def model(sonars):
 
 
 def best(run, times=3):
-    """Returns the shortest of several durations of `run`, s."""
+    """Runs `run` several times, and returns the shortest duration, s."""
     found = []
     for _ in range(times):
         begin = time.perf_counter()
@@ -66,7 +66,7 @@ def best(run, times=3):
 
 
 def steps(count):
-    """Durations of one step, s: in the program, one by one from Python, in one call, and the overhead of a call."""
+    """Returns durations of a step, s: in the program, with one call per step, with one call in total; and of a call."""
     out = subprocess.run(
         [sys.executable, "-m", "tatu_sim", "run", SCENE, "--steps", str(count), "--json"], capture_output=True, check=True
     )
@@ -122,7 +122,7 @@ def mjbatch_rate(worlds, count, sonars):
 
 
 class Robot:
-    """An environment that is created in each process; a call of `step` runs a number of steps of 10 ms."""
+    """An environment that is created in each process. A call of `step` runs a number of steps of 10 ms."""
 
     def __new__(cls, steps):
         import gymnasium

@@ -1,10 +1,10 @@
-"""Tatu and its peers in one pass: the programs of each row are measured in turns, and the ratio of medians is printed.
+"""Compares Tatu with its peers: the programs of each row run alternately, and the ratio of the medians is printed.
 
     python bench/run.py [--quick] [--rows arena100,arena1000,...]
 
 Requires release builds (`cargo build --release`, and `-p bench-beams` for `lidar` and `sonars`); the peers require
 Python packages: `pip install -r bench/peers/requirements.txt`. Without them, only Tatu's own figures are printed.
-Compare ratios, not times of two machines, and run nothing else at the same time.
+Compare ratios, not times on different machines, and run no other programs at the same time.
 """
 import argparse
 import json
@@ -46,7 +46,7 @@ def tatu(scene, steps, *more):
 
 
 class Scenes:
-    """Scenes of the arena, written on first use."""
+    """The scenes of the arena, which are written on first use."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -57,8 +57,8 @@ class Scenes:
         return path if os.path.exists(path) else arena.write(folder, robots)
 
 
-# Initial steps in which scripts are created and started; excluded together with loading, because the peers, too, build
-# their scenes before the clock starts.
+# Number of initial steps, in which scripts are created and started. They are excluded together with loading, because
+# the peers also build their scenes before the clock starts.
 BEGIN = 5
 
 
@@ -89,8 +89,8 @@ def median_step(run):
 
 
 def growth(scenes, passes):
-    """The median step of 1000 robots compared with that of 10, in turns on one processor, then on another; both runs
-    have about the same duration."""
+    """Compares the median step of 1000 robots with that of 10, alternately on one processor and then on another. Both
+    runs have about the same duration."""
     pairs = []
     for core in cores() * passes:
         few, many = in_turns([(command(scenes(n), steps, *PHYSICS), {core}) for n, steps in ((10, 30000), (1000, 200))])
@@ -99,7 +99,7 @@ def growth(scenes, passes):
 
 
 def threads(scenes, passes):
-    """The median step on one thread compared with that on two, in turns."""
+    """Compares the median step on one thread with that on two, alternately."""
     pairs, hashes = [], set()
     for _ in range(passes):
         gain, runs = two_threads(lambda n: command(scenes(1000), 200, *PHYSICS, "--threads", str(n)), median_step)
@@ -129,7 +129,7 @@ end
 
 
 def call(folder, passes, peer):
-    """A call that reads a joint, with the instruction hook armed, minus the empty loop."""
+    """Measures a call that reads a joint minus the empty loop, with the instruction hook active."""
     costs, theirs = [], []
     for _ in range(passes):
         walls = []
@@ -199,7 +199,7 @@ def boxes(n, seed=5):
 
 
 def scan_call(folder, passes):
-    """685 joint positions and rays in one call of a script, among 100 boxes, with the hook armed, excluding loading."""
+    """Measures 685 joint positions and rays in one script call among 100 boxes, with the hook, excluding loading."""
     path, found = os.path.join(folder, "scan_call.toml"), []
     for _ in range(passes):
         walls = []
@@ -215,7 +215,7 @@ def scan_call(folder, passes):
 
 
 def startup(scenes, passes, peer):
-    """Process start to the end of a run of one step."""
+    """Measures the time from process start to the end of a run of one step."""
     runs = [cpu_of([TATU, "run", scenes(1), "--steps", "1", "--json"]) for _ in range(3 * passes)]
     theirs = None
     if peer:
@@ -239,7 +239,7 @@ def paths(trace, robots):
 
 
 def motion(scenes, folder):
-    """Deviation of paths of 2 s (before robots meet and differences grow) from those of a 1 ms run."""
+    """Measures how much paths of 2 s, before robots meet and differences grow, deviate from those of a 1 ms run."""
     robots, watch = 100, []
     for i in range(robots):
         watch += ["--watch", "/r%d/robot" % i]

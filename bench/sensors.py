@@ -1,4 +1,4 @@
-"""Rows of the beams alone: a laser scanner and sonars, compared with MuJoCo's rays and Embree's packets."""
+"""Measures the rows about beams alone: a laser scanner and sonars, MuJoCo's rays, and Embree's packets."""
 import json
 import os
 import shutil
@@ -28,12 +28,12 @@ def frames_on_two_threads(bench, seconds, *more):
 
 
 def peer(*words):
-    """Returns the last line printed by a peer's script."""
+    """Runs a peer's script, and returns the JSON object in its last line."""
     return json.loads(cpu_of([sys.executable, *words], cwd=PEERS)[1].splitlines()[-1])
 
 
 class Embree:
-    """The program of Embree's packets, built on first use; if the build fails, prints why and has no results."""
+    """The program with Embree's packets, built on first use. If the build fails, the reason is printed."""
 
     def __init__(self, folder):
         self.folder, self.built = folder, None
@@ -72,7 +72,7 @@ def agree(name, key, results):
 
 
 def lidar(embree, passes, with_mujoco, seconds):
-    """1080 beams over 270 degrees among 100 boxes; the processes take turns."""
+    """Measures 1080 beams over 270 degrees among 100 boxes; the processes run alternately."""
     mine, theirs, packets = [], [], []
     for _ in range(passes):
         mine.append(ours("lidar", "--seconds", str(seconds)))
@@ -92,7 +92,7 @@ def lidar(embree, passes, with_mujoco, seconds):
 
 
 def sonars(passes, with_mujoco, seconds):
-    """1000 robots with 16 cones each, compared with 16 rays each in MuJoCo; targets are moved in each step."""
+    """Measures 1000 robots with 16 cones each, and 16 rays each in MuJoCo. Targets move in each step."""
     mine, theirs = [], []
     for _ in range(passes):
         mine.append(ours("sonars", "--seconds", str(seconds))["robot_steps_per_cpu_s"])

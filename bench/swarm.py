@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Steps per second and memory of 100, 1,000 and 10,000 robots: swarm.py PROGRAM [THREADS]
+"""Measures steps per second and memory with 100, 1,000 and 10,000 robots: swarm.py PROGRAM [THREADS]
 
 The robots are the motes of scenes/showcase: two wheels, one range finder, a script that runs in parallel with the
 others. The floor area per robot is constant. Prints a table in Markdown.
@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 SHOWCASE = Path(__file__).resolve().parent.parent / "scenes" / "showcase"
-SPACING = 0.19  # m, between neighbours; 36 m^2 for a thousand, as in swarm_1000.toml
+SPACING = 0.19  # m, between neighbours; a thousand robots need 36 m^2, as in swarm_1000.toml
 WALLS = [(1, 0), (-1, 0), (0, 1), (0, -1)]
 
 

@@ -1,11 +1,11 @@
-"""Overhead of a sweep: jobs over Ray, with two workers of one CPU each, compared with the same jobs in one plain
+"""Measures the overhead of a sweep over Ray, with two workers of one CPU each, compared with the same jobs in one plain
 process per core.
 
     python bench/sweep.py                  # 10,000 jobs of 1 s of simulation
     python bench/sweep.py --quick          # 1,000 jobs
 
 Requires `tatu_sim` and `ray`. Everything runs in separate namespaces, without a network (python/tests/ray_cluster.py).
-The two sides run in turns of half a second, while the other is stopped, so that other load on the machine affects both.
+The two sides run alternately for half a second each, so other load on the machine affects both equally.
 Times include opening the scene and Ray's start of its workers, but neither the start of the cluster nor imports.
 """
 
@@ -54,7 +54,7 @@ def ready():
 
 
 def plain(args):
-    """One process of the comparison: runs its share of the jobs, one after the other."""
+    """Runs a plain process, which does its share of the jobs one after the other."""
     from tatu_sim._sweep import job_json
 
     texts = [job_json(job) for job in jobs(args)[args.plain :: WORKERS]]
@@ -69,7 +69,7 @@ def plain(args):
 
 
 def over_ray(args):
-    """The program that runs the sweep."""
+    """Runs the sweep in the process with Ray."""
     import tatu_sim
 
     all_jobs = jobs(args)
@@ -89,7 +89,7 @@ class Side:
 
     def __init__(self, argv, *kinds):
         def start(kind):
-            # Programs report failures on the standard error output.
+            # Programs report failures on standard error.
             command = [sys.executable, __file__, *argv, kind]
             return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 

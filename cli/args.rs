@@ -29,7 +29,7 @@ pub enum Command {
     Serve(Serve),
     /// Open a scene in the browser: view it, control it, change its scripts.
     Open(Open),
-    /// Check whether a scene runs, and what it would lack.
+    /// Check whether a scene can run, and report what it lacks.
     Check(Check),
     /// Convert a scene of any format to a scene file, with its meshes and scripts in files next to it.
     Convert(Convert),
@@ -67,9 +67,9 @@ pub struct Changes {
     /// Set a property or model parameter: `/Robot/leftMotor.max_force_nm=2`, `scene.dt_s=0.01`.
     #[arg(long = "set", value_name = "PATH=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
-    /// Allow scripts access to the outside: `exec` starts programs, `native` loads libraries; such a run cannot be
-    /// repeated. `net=HOST:PORT` opens sockets; a `*` means any host or port. `plugins`: load plugins from the folders
-    /// that the scene names.
+    /// Grant permissions: `exec` lets scripts start programs, and `native` lets them load libraries; such a run cannot
+    /// be repeated. `net=HOST:PORT` lets scripts open sockets; `*` stands for any host or port. `plugins` loads plugins
+    /// from the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = permission)]
     pub allow: Vec<String>,
     /// Replace an object's script: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
@@ -84,11 +84,12 @@ pub struct Run {
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: Changes,
-    /// Run a script without its scene, `--script FILE`: objects that it looks up are created as its calls need them.
+    /// Run the script given by `--script FILE` without its scene; objects that it looks up are created as its calls
+    /// need them.
     #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
     pub stand_ins: bool,
-    /// The kind of that script, if it should not be inferred from its source: main, child, threaded, customization,
-    /// add-on or module.
+    /// Kind of the script, instead of the kind inferred from its source: main, child, threaded, customization, add-on
+    /// or module.
     #[arg(long = "as", value_name = "KIND", requires = "stand_ins")]
     pub kind: Option<ScriptKind>,
     /// Start a service: `ID`, or `ID:KEY=VALUE,KEY=VALUE`.
@@ -168,7 +169,7 @@ pub struct Run {
 
 #[derive(Clone, clap::Args)]
 pub struct Serve {
-    /// The scene file, or a file that an importer reads; without one, clients open a scene.
+    /// The scene file, or a file that an importer reads; if omitted, a client must open a scene.
     #[arg(value_parser = scene())]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
@@ -187,7 +188,7 @@ pub struct Serve {
     /// Run in real time; a page sets its own pace.
     #[arg(long)]
     pub realtime: bool,
-    /// Write what clients do to the first scene until its first stop, for `tatu run --replay`.
+    /// Record the actions of clients on the first scene, up to its first stop, for `tatu run --replay`.
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
@@ -199,7 +200,7 @@ pub struct Serve {
 pub struct Open {
     #[command(flatten)]
     pub serve: Serve,
-    /// Port of the page, on this machine only; 0: any free one.
+    /// Port on which the page is served, on this machine only; 0: any free port.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub port: u16,
     /// Do not start a browser: only print the address of the page.
@@ -225,13 +226,14 @@ pub struct Convert {
 pub struct Sweep {
     /// The sweep file: scene, seconds, seeds, a grid of parameters, and metrics.
     pub file: PathBuf,
-    /// Run only every N-th job, beginning with the I-th, counted from 0: for N machines or tasks.
+    /// Run only every N-th job, starting with job I, counted from 0: splits a sweep over N machines or tasks.
     #[arg(long, value_name = "I/N", default_value = "0/1", value_parser = shard)]
     pub shard: (usize, usize),
-    /// The file of rows, JSON lines; jobs whose rows it has are not run again [default: standard output].
+    /// The file of rows, in JSON lines; jobs whose rows it already contains are not run again [default: standard
+    /// output].
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Number of jobs that are run at the same time [default: as many as there are cores].
+    /// Number of jobs that are run at the same time [default: the number of cores].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 }
@@ -254,7 +256,7 @@ pub enum Generated {
 
 #[derive(clap::Args)]
 pub struct Lock {
-    /// The scene file; the record is the file of this name that ends with `.lock`.
+    /// The scene file; the record is a file beside it, with the suffix `.lock` instead of its own.
     #[arg(value_parser = scene())]
     pub scene: PathBuf,
     /// Compare with the record instead of writing it; exit code 1 if anything differs.
@@ -288,8 +290,8 @@ pub struct Look {
     /// The scene file.
     #[arg(value_parser = scene())]
     pub scene: PathBuf,
-    /// Position of the camera: X,Y,Z in the world frame, m [default: that of the scene's first camera, or one that
-    /// shows everything].
+    /// Position of the camera: X,Y,Z in the world frame, m [default: the scene's first camera, or a position from which
+    /// everything is visible].
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "to")]
     pub from: Option<Point>,
     /// Point at the centre of the picture: X,Y,Z in the world frame, m.
@@ -298,7 +300,7 @@ pub struct Look {
     /// Show the last reading of this sensor instead, by path or unique name.
     #[arg(long, value_name = "PATH", conflicts_with_all = ["from", "to", "fov"])]
     pub sensor: Option<String>,
-    /// Seconds of simulation time to run first; 0: the scene as loaded, or a sensor after one step.
+    /// Seconds of simulation time to run first; 0: show the scene as loaded, or a sensor's reading after one step.
     #[arg(long, value_name = "T", default_value_t = 0.0, allow_negative_numbers = true, value_parser = seconds)]
     pub at: f64,
     /// Size of a picture of the scene in pixels: COLUMNSxROWS.
@@ -320,7 +322,7 @@ pub struct Look {
     /// The folder in which scripts open files [default: the working folder].
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Number of threads; the picture does not depend on it [default: all that the machine has].
+    /// Number of threads; the picture does not depend on it [default: one for each core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
@@ -367,10 +369,10 @@ pub struct Describe {
     /// Describe all commands, as pages.
     #[arg(long, requires = "markdown")]
     pub all: bool,
-    /// Folder to write pages to, one for each subject of commands.
+    /// Folder to which the pages are written, one for each subject of commands.
     #[arg(long, value_name = "DIR", requires = "all")]
     pub markdown: Option<PathBuf>,
-    /// Write a picture of a model in a folder as PNG, or one sheet of several.
+    /// Write a PNG picture of a model that is stored in a folder, or a sheet of several such models.
     #[arg(long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
     /// A scene whose plugin folders are searched too.
@@ -395,7 +397,7 @@ pub struct Measure {
     /// Run only these measures.
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
-    /// Write what was measured into the card.
+    /// Write the measured values into the card.
     #[arg(long)]
     pub write: bool,
     /// Print JSON.

@@ -1,4 +1,4 @@
-//! Draws pictures of graphs: one panel for each unit of streams over time, and one for curves in the plane.
+//! Draws pictures of graphs: a panel over time for each unit of the streams, and a panel for curves in the x-y plane.
 
 use std::{ops::Range, path::Path, sync::Once};
 
@@ -11,9 +11,9 @@ const PANEL: u32 = 360;
 const TITLE: u32 = 44;
 /// Height of a row of the legend, pixels.
 const ROW: i32 = 22;
-/// If there are more units than this, the rest share the last panel.
+/// Maximum number of panels; if there are more units, the remaining ones share the last panel.
 const MOST_PANELS: usize = 4;
-/// If there are more lines than this, the legend, which would cover them, is left out.
+/// Maximum number of lines in a panel with a legend; a longer legend would cover the lines, and is omitted.
 const MOST_NAMES: usize = 16;
 
 /// Colour of text and frames.
@@ -46,8 +46,8 @@ fn label(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
 }
 
-/// Returns the panels of a graph. Streams whose samples were all taken at the same time are plotted by sample number,
-/// unless curves show them.
+/// Returns the panels of a graph. Streams whose samples were all taken at the same time are plotted against the sample
+/// index, unless curves show them.
 fn panels(graph: &Graph) -> Vec<Panel> {
     let mut out: Vec<Panel> = Vec::new();
     let times: Vec<f64> = graph.times.iter().copied().collect();
@@ -87,7 +87,7 @@ fn panels(graph: &Graph) -> Vec<Panel> {
     out
 }
 
-/// Returns the range of finite numbers, with a margin; a single number gets a margin around it.
+/// Returns the range of the finite numbers, extended on both sides by the share `room` of its width.
 fn range(numbers: impl Iterator<Item = f64>, room: f64) -> Range<f64> {
     let (low, high) = numbers
         .filter(|x| x.is_finite())
@@ -104,7 +104,7 @@ fn range(numbers: impl Iterator<Item = f64>, room: f64) -> Range<f64> {
     low - more..high + more
 }
 
-/// Extends one of two ranges, so that both have the same scale on an area of this size.
+/// Extends one of two ranges, so that both have the same scale on an area of this size in pixels.
 fn evened(x: Range<f64>, y: Range<f64>, (wide, high): (f64, f64)) -> (Range<f64>, Range<f64>) {
     let scale = ((x.end - x.start) / wide).max((y.end - y.start) / high);
     let grown = |r: Range<f64>, pixels: f64| {
@@ -150,7 +150,7 @@ fn draw_all(picture: &Area<'_>, graph: &Graph, panels: &[Panel]) -> Result<(), F
     Ok(())
 }
 
-/// Draws the legend above its panel; returns its number of rows.
+/// Draws the legend above a panel; returns the number of rows of the legend.
 fn draw_names(area: &Area<'_>, lines: &[Line], left: i32) -> Result<i32, Failed> {
     if !(1..=MOST_NAMES).contains(&lines.len()) {
         return Ok(0);
@@ -170,7 +170,7 @@ fn draw_names(area: &Area<'_>, lines: &[Line], left: i32) -> Result<i32, Failed>
     Ok(row + 1)
 }
 
-/// Formats a number on an axis with as many digits as the ticks need, and without "-0".
+/// Formats the label of a tick with as many digits as the range of the axis requires, and without "-0".
 fn tick(x: f64, range: &Range<f64>) -> String {
     let digits = (2.0 - (range.end - range.start).max(1e-300).log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{x:.digits$}");

@@ -15,8 +15,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use tatu_core::errors::Error;
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
-/// Prints a line on standard output. If that fails because the reader is gone (`| head`) or the disk is full, the
-/// run continues, and [`finish`] reports it by the exit code.
+/// Prints a line on standard output. If this fails, the run continues. The exit code is then 1 (see [`finish`]), unless
+/// the reader has closed the pipe, as `| head` does.
 macro_rules! out {
     ($($text:tt)*) => {{
         use std::io::Write;
@@ -31,6 +31,10 @@ macro_rules! err {
     }};
 }
 pub(crate) use {err, out};
+
+/// Help text of the error that reports a crash; `tatu plugin check` omits it from its findings.
+pub const CRASH_HELP: &str = "the output and trace up to this point have been written; run the program in a debugger, \
+                              or report the crash to the plugin's author";
 
 /// Whether output of the program was lost.
 static LOST: AtomicBool = AtomicBool::new(false);
@@ -57,7 +61,7 @@ pub fn finish(code: ExitCode) -> ExitCode {
     if LOST.load(Ordering::Relaxed) && code == ExitCode::SUCCESS { ExitCode::FAILURE } else { code }
 }
 
-/// Prints an error.
+/// Prints an error with its help and source line on standard error.
 pub fn error(e: &Error) {
     print(e, Level::ERROR);
 }
@@ -76,30 +80,30 @@ fn keep(text: String) {
     }
 }
 
-/// Returns the stored warnings.
+/// Returns the warnings that were printed so far, at most `KEPT_WARNINGS`.
 pub fn warnings() -> Vec<String> {
     WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
-/// Prints a warning.
+/// Prints a warning in the same form as an error, and stores it.
 pub fn warning(e: &Error) {
     keep(format!("[{}] {}", e.code, e.text));
     print(e, Level::WARNING);
 }
 
-/// Prints a warning of the world.
+/// Prints and stores a warning that has no code, such as a log line of a script.
 pub fn warned(text: &str) {
     keep(text.to_owned());
     crate::report::err!("warning: {text}");
 }
 
-/// Prints a note.
+/// Prints a note on standard error.
 pub fn note(text: &str) {
     crate::report::err!("note: {text}");
 }
 
-/// Creates a progress bar that counts `unit`s. It is shown only if `wanted`, on a terminal, and if the work lasts
-/// longer than a moment.
+/// Creates a progress bar that counts in `unit`s. It is shown only if `wanted` is set, if standard error is a terminal,
+/// and if the work takes more than a moment.
 pub fn progress(length: u64, unit: &str, wanted: bool) -> ProgressBar {
     if !wanted || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
@@ -142,7 +146,7 @@ fn print(e: &Error, level: Level<'_>) {
     crate::report::err!("{}\n", renderer.render(&[group]));
 }
 
-/// Longer lines, such as those of logs and traces, are truncated.
+/// Maximum number of characters of a source line that are shown; lines of logs and traces can be longer.
 const SHOWN_LINE: usize = 200;
 
 /// Returns the byte range of a line in a text.

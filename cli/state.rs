@@ -38,8 +38,8 @@ impl Wanted {
         Ok(Wanted { pending })
     }
 
-    /// Writes the snapshots that are due, between two steps. Notes what could not be captured; returns errors about
-    /// files that could not be written.
+    /// Writes the snapshots that are due. Must be called between two steps. Prints a note about state that could not be
+    /// captured; returns errors about files that could not be written.
     pub fn write(&mut self, world: &World) -> Vec<Error> {
         let mut failed = Vec::new();
         while self.pending.first().is_some_and(|(time, _)| world.time() >= time - 1e-9) {
@@ -60,15 +60,15 @@ impl Wanted {
         let tell = |(time, path): &(f64, PathBuf)| {
             let text = format!("{} was not written: the run ended at {} s", path.display(), world.time());
             Error::new("E505", text)
-                .expected(format!("a run of more than {time} s"))
+                .expected(format!("a run of at least {time} s"))
                 .help("run longer, with `--seconds`")
         };
         self.pending.iter().map(tell).collect()
     }
 }
 
-/// Runs `run`, which continues from a snapshot. The parts of a forged snapshot may be inconsistent in ways that only
-/// show when they are used: a panic is then reported as an error of the file.
+/// Calls `run`, which continues from a snapshot. The parts of a forged snapshot can be inconsistent in ways that are
+/// detected only when they are used, so a panic is reported as an error of the file.
 pub fn guarded<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
@@ -79,14 +79,15 @@ pub fn guarded<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
         let text = format!(
             "{}: the snapshot cannot be resumed: its parts are inconsistent ({})",
             path.display(),
-            why.unwrap_or("without a text")
+            why.unwrap_or("no details are known")
         );
         Err(Error::new("E501", text)
             .help("write the snapshot again; if that does not help, this is a bug in the program"))
     })
 }
 
-/// Creates a world that continues from a snapshot: restored, or replayed if something could not be captured.
+/// Creates a world that continues from a snapshot. The state is restored or, if the snapshot is incomplete, recreated
+/// by a replay.
 pub fn resume(path: &Path, document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<World> {
     let snapshot = Snapshot::read(path)?;
     snapshot.check(&document, &registry)?;
@@ -106,7 +107,7 @@ pub fn resume(path: &Path, document: Arc<Document>, registry: Arc<Registry>, thr
     Ok(world)
 }
 
-/// Returns the first reason, and the number of others.
+/// Returns the first reason, and the number of further reasons.
 fn reasons(missed: &[Missed]) -> String {
     match missed {
         [] => String::new(),

@@ -5,7 +5,7 @@ use tatu_core::plugins::texts::label;
 
 use crate::report;
 
-/// Maximum length of a cell, in characters, since a long one would widen its column in all rows. `--json` prints the
+/// Maximum length of a cell, in characters, because a long cell would widen its column in all rows. `--json` prints the
 /// whole text.
 const LONGEST: usize = 400;
 

@@ -21,7 +21,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Opens the file; the objects to watch must exist.
+    /// Opens the file. Fails with E110 if an object to watch does not exist.
     pub fn open(path: Option<&Path>, watch: &[String], hashes: bool, world: &World) -> Result<Self, Error> {
         for w in watch {
             if world.observe(w).is_none() {
@@ -54,7 +54,7 @@ impl Trace {
         self.file.as_ref().map(|(file, _)| file.clone())
     }
 
-    /// Writes the line of the step that was just made; `stopping` is set if a stop was requested before the step.
+    /// Writes the line of the step that was just run. `stopping` is set if a stop was requested before the step.
     pub fn step(&mut self, world: &World, lines: &[LogLine], stopping: bool) -> Result<(), Error> {
         if self.file.is_none() {
             return Ok(());
@@ -110,7 +110,7 @@ impl Trace {
         Ok(())
     }
 
-    /// Flushes the file.
+    /// Flushes and closes the file, if a trace is written.
     pub fn close(self) -> Result<(), Error> {
         let Some((file, path)) = self.file else { return Ok(()) };
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
@@ -118,7 +118,7 @@ impl Trace {
     }
 }
 
-/// Returns, by title, what was printed on each console since it was last cleared, or null if nothing was.
+/// Returns, by title, the text that was printed on each console since it was last cleared; null if there is no text.
 fn consoles(lines: &[LogLine]) -> Map<String, Json> {
     let mut all = Map::new();
     for line in lines {

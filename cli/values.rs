@@ -15,19 +15,21 @@ pub struct Point(pub [f64; 3]);
 
 pub fn speed(text: &str) -> Result<f64, String> {
     let f = text.parse().ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
-    f.ok_or_else(|| "expected a number above 0: a multiple of real time".into())
+    f.ok_or_else(|| "expected a finite number above 0, as a multiple of real time".into())
 }
 
 pub fn point(text: &str) -> Result<Point, String> {
     let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| x.is_finite() && x.abs() <= 1e6);
     let all: Option<Vec<f64>> = text.split(',').map(number).collect();
-    all.and_then(|v| v.try_into().ok()).map(Point).ok_or_else(|| "expected three numbers, X,Y,Z in m: -3,0,1".into())
+    all.and_then(|v| v.try_into().ok())
+        .map(Point)
+        .ok_or_else(|| "expected three numbers X,Y,Z in m, such as -3,0,1".into())
 }
 
 pub fn size(text: &str) -> Result<[u32; 2], String> {
     let side = |x: &str| x.parse().ok().filter(|n: &u32| (1..=MAX_SIDE).contains(n));
     let found = text.split_once(['x', 'X']).and_then(|(c, r)| Some([side(c)?, side(r)?]));
-    found.ok_or_else(|| format!("expected columns and rows, 1 to {MAX_SIDE} each: 1280x720"))
+    found.ok_or_else(|| format!("expected columns and rows, from 1 to {MAX_SIDE} each, such as 1280x720"))
 }
 
 /// Maximum width and height of a picture, pixels.
@@ -39,7 +41,7 @@ pub fn angle(text: &str) -> Result<f64, String> {
 }
 
 pub fn seconds(text: &str) -> Result<f64, String> {
-    let s: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    let s: f64 = text.parse().map_err(|_| "expected a number of seconds, at least 0".to_owned())?;
     if s.is_finite() && s >= 0.0 { Ok(s) } else { Err("expected a number of seconds, at least 0".into()) }
 }
 
@@ -50,7 +52,7 @@ pub fn permission(text: &str) -> Result<String, String> {
     match text {
         "exec" | "native" | "plugins" => Ok(text.to_owned()),
         _ if net => Ok(text.to_owned()),
-        _ => Err("expected `exec`, `native`, `plugins` or `net=HOST:PORT`, for instance `net=127.0.0.1:*`".into()),
+        _ => Err("expected `exec`, `native`, `plugins` or `net=HOST:PORT`, such as `net=127.0.0.1:*`".into()),
     }
 }
 
@@ -58,5 +60,5 @@ pub fn permission(text: &str) -> Result<String, String> {
 pub fn shard(text: &str) -> Result<(usize, usize), String> {
     let both = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     both.filter(|(i, n): &(usize, usize)| i < n)
-        .ok_or_else(|| "expected I/N, I from 0 to N - 1: 0/4, 1/4, 2/4, 3/4".into())
+        .ok_or_else(|| "expected I/N with I from 0 to N - 1, such as 0/4, 1/4, 2/4 or 3/4".into())
 }

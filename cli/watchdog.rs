@@ -23,7 +23,7 @@ use crate::report;
 /// A file that two threads may close.
 pub type SharedFile = Arc<Mutex<BufWriter<File>>>;
 
-/// Data about the run that are needed to end it.
+/// The data about the run that is needed to end it.
 #[derive(Default)]
 struct Known {
     json: bool,
@@ -37,7 +37,7 @@ struct Known {
     files: Vec<SharedFile>,
     /// Log lines of the running step.
     lines: Option<Lines>,
-    /// Whether status lines go to standard output.
+    /// Whether status lines are printed on standard output.
     prints: bool,
 }
 
@@ -59,7 +59,7 @@ pub fn current() -> Option<&'static Watchdog> {
 }
 
 impl Watchdog {
-    /// Starts the watchdog; `limit` 0 disables it.
+    /// Starts the watchdog with a time limit in s of real time; 0 disables the limit.
     pub fn start(limit: f64, json: bool) -> Self {
         let new = Watchdog::default();
         new.known().json = json;
@@ -76,7 +76,8 @@ impl Watchdog {
     fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Sets the world whose log lines are printed. `prints` is set if status lines go to standard output.
+    /// Sets the world whose log lines are printed. `prints` is set if status lines are printed on standard
+    /// output.
     pub fn world(&self, world: &World, prints: bool) {
         let mut known = self.known();
         (known.lines, known.prints) = (Some(world.lines()), prints);
@@ -140,7 +141,7 @@ impl Watchdog {
     }
 }
 
-/// Prints a log line as runs do.
+/// Prints a log line in the same way as a run.
 fn tell(line: &LogLine, prints: bool) {
     match line.level {
         TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),

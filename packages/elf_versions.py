@@ -1,6 +1,6 @@
-"""Reads from an ELF file which libraries it needs, and which versions of their symbols.
+"""Determines the libraries that an ELF file needs, and the versions of their symbols.
 
-Everything is found through the dynamic segment, as the loader does it, so that stripped section headers do not matter.
+All data is located through the dynamic segment, as in the loader, so stripped section headers do not matter.
 """
 
 import re
@@ -104,7 +104,7 @@ class Elf:
         buckets, first, words, _ = self._get("IIII", at)
         table = at + 16 + 8 * words
         last = max(self._get(f"{buckets}I", table), default=0)
-        # Symbols that are only imported precede the hashed ones.
+        # Symbols that are only imported precede the hashed symbols.
         if last < first:
             return first
         chains = table + 4 * buckets
@@ -137,5 +137,5 @@ def glibc(version):
 
 
 def highest_glibc(files):
-    """Returns the glibc release that several files need; (0,) if they need none."""
+    """Returns the glibc release that a set of files needs; (0,) if no file needs glibc."""
     return max((glibc(v) or (0,) for elf in files for _, v in elf.versions), default=(0,))

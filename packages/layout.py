@@ -23,7 +23,7 @@ GENERATED = {
     "zsh": "share/zsh/site-functions/_tatu",
     "fish": "share/fish/vendor_completions.d/tatu.fish",
 }
-# Occurs in the library of the page if the page's libraries are embedded.
+# Bytes that the page's plugin contains if the JavaScript libraries of the page are embedded in it.
 WHOLE_PAGE = b"/lib/three/build/three.module.min.js"
 PAGE = "libtatu_views_web.so"
 HOST = "libtatuhost.so"
@@ -85,7 +85,7 @@ def tracked(root, folder):
         if mode in ("100644", "100755") and os.path.basename(path) != ".gitignore":
             files.append((path, mode == "100755"))
     if not files:
-        raise SystemExit(f"{root / folder}: git tracks no file in this folder")
+        raise SystemExit(f"{root / folder}: git does not track any file in this folder")
     return sorted(files)
 
 
@@ -104,7 +104,7 @@ def generated(program, entries):
     for name, place in GENERATED.items():
         ran = subprocess.run([str(program), "generate", name], capture_output=True, check=False)
         if ran.returncode != 0 or not ran.stdout:
-            print(f"note: there is no {place}: the program has no `tatu generate {name}`")
+            print(f"note: {place} is omitted: the program does not support `tatu generate {name}`")
             continue
         entries[place] = Entry(zipped(ran.stdout) if place.endswith(".gz") else ran.stdout)
 
@@ -127,12 +127,12 @@ def collect(root, built, metadata, version):
             entries[place + path[len(folder):]] = Entry((root / path).read_bytes(), executable)
     for path, _ in tracked(root, HEADERS):
         entries["include" + path[len(HEADERS):]] = Entry((root / path).read_bytes())
-    # Built by `cargo build -p libtatu`; packages can be made without it.
+    # Built by `cargo build -p libtatu`; packages can be built without it.
     if any((folder / LIBRARY).is_file() for folder in (built, built / "deps")):
         entries[f"lib/{LIBRARY}"] = Entry(built_file(built, LIBRARY))
         entries["include/tatu_world.h"] = Entry((root / WORLD_HEADER).read_bytes())
     else:
-        print(f"note: there is no lib/{LIBRARY}: build it by `cargo build --release -p libtatu`")
+        print(f"note: lib/{LIBRARY} is omitted: build it with `cargo build --release -p libtatu`")
     for name in DOCS:
         entries[f"share/doc/tatu/{name}"] = Entry((root / name).read_bytes())
     terms = third_party.write(metadata, root, built)

@@ -3,12 +3,12 @@
 
     tarball    tatu-VERSION-linux-x86_64.tar.gz, which runs wherever it is unpacked (the default)
     deb        tatu_VERSION_amd64.deb, the same files below /usr
-    docker     an image `tatu:VERSION`, made of the tarball by packages/Dockerfile
+    docker     an image `tatu:VERSION`, built from the tarball with packages/Dockerfile
     all        these three
-    notices    THIRD-PARTY.txt alone, for packages that are made otherwise: no build is needed
+    notices    only THIRD-PARTY.txt, for packages that are built by other means; requires no build
 
-The program is built first, by `cargo build --release`, unless `--built` names the folder of one. The same files give
-the same bytes in every run; their time is SOURCE_DATE_EPOCH or that of the last commit.
+The program is built first, by `cargo build --release`, unless `--built` names the folder of an existing
+build. Packages of the same files are identical. The time of the files is SOURCE_DATE_EPOCH or that of the last commit.
 """
 
 import argparse
@@ -36,7 +36,7 @@ MAINTAINER = "The Tatu authors <maintainers@tatu.invalid>"
 
 
 def read_metadata():
-    """Returns the metadata of cargo about all packages; missing ones are fetched."""
+    """Returns cargo's metadata about all packages; missing packages are downloaded."""
     command = ["cargo", "metadata", "--locked", "--format-version", "1", "--filter-platform", TARGET]
     try:
         return json.loads(subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout)
@@ -60,8 +60,8 @@ def time_of_files():
         command = ["git", "-C", str(ROOT), "log", "-1", "--format=%ct"]
         given = subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
     if not given.isdigit():
-        raise SystemExit(f"the time for the files is unknown: `{given}`\n  expected: SOURCE_DATE_EPOCH in seconds "
-                         "since 1970, or a git commit")
+        raise SystemExit(f"the modification time for the files is invalid: `{given}`\n  expected: "
+                         "SOURCE_DATE_EPOCH in seconds since 1970, or a git commit")
     return int(given)
 
 
@@ -109,7 +109,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", nargs="?", default="tarball", choices=["tarball", "deb", "docker", "all", "notices"])
     parser.add_argument("--target", type=Path, help="cargo's target folder; default: CARGO_TARGET_DIR, or target")
-    parser.add_argument("--built", type=Path, help="a folder with the program and its plugins; these may be in its folder deps")
+    parser.add_argument("--built", type=Path, help="a folder that contains the program and its plugins; the plugins may be in its subfolder deps")
     parser.add_argument("--out", type=Path, default=ROOT / "target" / "packages", help="default: target/packages")
     parser.add_argument("--docker", default="docker", help="the command that builds images; default: docker")
     parser.add_argument("--maintainer", default=MAINTAINER, help="maintainer of the Debian package: NAME <ADDRESS>")
@@ -132,7 +132,7 @@ def main():
     elves = layout.elf_files(entries)
     strangers = [place for place, elf in elves.items() if elf.machine != elf_versions.EM_X86_64]
     if strangers:
-        raise SystemExit(f"{built}: {strangers[0]} is not for x86-64")
+        raise SystemExit(f"{built}: {strangers[0]} was not built for x86-64")
     args.out.mkdir(parents=True, exist_ok=True)
     release = ".".join(map(str, elf_versions.highest_glibc(elves.values())))
     print(f"{len(entries)} files, {sum(len(e.data) for e in entries.values()) / 1e6:.1f} MB; needs glibc {release}")

@@ -1,6 +1,6 @@
 """Licence expressions of packages, and the list of licences that packages may have.
 
-Besides SPDX expressions, the older form of crates is read, in which `MIT/Apache-2.0` means either of the two.
+Besides SPDX expressions, the older form of crates is supported, in which `MIT/Apache-2.0` means either of the two.
 """
 
 import re
@@ -84,7 +84,7 @@ def is_satisfied(tree, allowed):
 def read_list(path=LIST):
     """Returns the tables of a list of licences: {table: {licence: reason}}.
 
-    Only this part of TOML is read: tables, and lines `"key" = "text"`; Python has a reader of its own from 3.11 only.
+    Only a subset of TOML is supported: tables, and lines `"key" = "text"`. Python has a TOML parser only since 3.11.
     """
     tables, table = {}, None
     for number, line in enumerate(Path(path).read_text(encoding="utf-8").splitlines(), 1):

@@ -1,7 +1,7 @@
 """Generates THIRD-PARTY.txt: a list of the third-party software in the program, with the terms of each.
 
-Crates that are linked into the program or its plugins, Rust's standard library, Lua, fonts, and the libraries of the
-page. Each text of a licence stands once, with the list of the packages to which it belongs.
+The list contains crates that are linked into the program or its plugins, Rust's standard library, Lua, fonts, and the
+libraries of the page. Each licence text appears once, with a list of the packages to which it applies.
 """
 
 import html.parser
@@ -62,9 +62,9 @@ def is_macro(package):
 
 
 def linked(metadata, names):
-    """Returns the third-party packages that are linked into the root package and the named ones: normal dependencies.
+    """Returns the third-party packages that are linked into the root package and into the named packages.
 
-    Macros are not among them: only the compiler runs them.
+    These are the normal dependencies, except for procedural macros, which only the compiler runs.
     """
     packages = {p["id"]: p for p in metadata["packages"]}
     nodes = {n["id"]: n for n in metadata["resolve"]["nodes"]}
@@ -157,15 +157,15 @@ def standard_library(root):
         plain.feed(notices.read_text(encoding="utf-8"))
         texts = [("COPYRIGHT-library", re.sub(r"\n\s*\n\s*\n+", "\n\n", tidy("".join(plain.parts))))]
     else:
-        print(f"note: THIRD-PARTY.txt lacks the notices of Rust's standard library: there is no {notices}; they come "
-              "with `rustup component add rust-docs`")
+        print(f"note: THIRD-PARTY.txt lacks the notices of Rust's standard library: there is no {notices}; install "
+              "them with `rustup component add rust-docs`")
     where = "https://github.com/rust-lang/rust"
     by = "The Rust project contributors"
     return Package("Rust standard library", version, "MIT OR Apache-2.0", by, where, texts)
 
 
 def page_folder(root, built, lock, work):
-    """Returns a folder `node_modules` with the locked versions: that of the build, that of the page, or a new one."""
+    """Returns a folder `node_modules` with the locked versions: that of the build or the page, or a new one."""
     wanted = {name: p["version"] for name, p in lock["packages"].items() if name and not p.get("dev")}
 
     def has_all(folder):
@@ -223,7 +223,7 @@ def standard_text(package, root, packages):
     for other in packages:
         if other.licence in names and len(other.texts) == 1:
             return f"{other.licence}, as for {other.title()}", other.texts[0][1]
-    raise SystemExit(f"{package.title()} has no licence file, and no standard text of `{package.licence}` is known")
+    raise SystemExit(f"{package.title()} has no licence file, and this script has no standard text for `{package.licence}`")
 
 
 def write(metadata, root, built, names=()):
@@ -241,8 +241,8 @@ def write(metadata, root, built, names=()):
     order = sorted(texts, key=lambda text: ([o.lower() for o in texts[text]], text))
     line = "=" * 100
     out = ["Third-party software in Tatu, and its terms", "",
-           "Each package has its licence as an SPDX expression, its authors, and where its source is. The texts of the",
-           "licences follow; where an expression offers several, the package's files may have the text of each.", ""]
+           "Each package is listed with its licence as an SPDX expression, its authors, and the location of its source.",
+           "The licence texts follow. If an expression offers several licences, the text of each may be included.", ""]
     for title, group in groups:
         out += [title, "-" * len(title), ""]
         for package in sorted(group, key=lambda p: (p.name.lower(), p.version)):

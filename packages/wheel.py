@@ -4,7 +4,7 @@
     packages/wheel.py [--out DIR] [--target DIR] [--local]
 
 Program and plugins are built by zig for glibc 2.28, then maturin builds the module and puts everything into one file.
-With `--local`, the compiler of this machine builds for this machine alone. The tools (maturin, cargo-zigbuild, zig) are
+With `--local`, the compiler of this machine builds for this machine only. The tools (maturin, cargo-zigbuild, zig) are
 installed from PyPI into a virtual environment in the target folder.
 """
 
@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 TRIPLE = "x86_64-unknown-linux-gnu"
 GLIBC = "2.28"
-# Versions that were tested together.
+# Versions of the tools that were tested together.
 TOOLS = ["maturin==1.16.0", "cargo-zigbuild==0.24.1", "ziglang==0.17.1"]
 
 
@@ -26,7 +26,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=ROOT / "target/packages", help="folder of the wheel")
     parser.add_argument("--target", type=Path, default=None, help="cargo's target folder")
-    parser.add_argument("--local", action="store_true", help="build for this machine alone, without zig")
+    parser.add_argument("--local", action="store_true", help="build for this machine only, without zig")
     args = parser.parse_args()
     target = (args.target or Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))).resolve()
     args.out.mkdir(parents=True, exist_ok=True)

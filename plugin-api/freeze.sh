@@ -4,9 +4,9 @@
 #
 #   plugin-api/freeze.sh NAME [COMMIT]
 #
-# Run it before plugins outside this repository may depend on a revision: at each release. A frozen copy is never
-# changed; one that nobody has used yet may be removed and created again. Plugins in Rust belong in tests/museum, as
-# binaries.
+# Run it at each release, before plugins outside this repository can depend on a revision. A frozen copy must never be
+# changed; a copy that nobody has used yet may be removed and created again. Plugins in Rust are stored as binaries, in
+# tests/museum.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -16,7 +16,7 @@ commit="${2:-}"
 to="tests/compat/$name"
 [ ! -e "$to" ] || { echo "$to exists already, and a frozen copy must not change" >&2; exit 2; }
 
-# tatu.h and its parts in tatu/, which drafts before the division lack.
+# tatu.h and, since the header was divided, its parts in tatu/.
 include=plugin-api/include
 mkdir -p "$to"
 if [ -n "$commit" ]; then git archive "$commit:$include" | tar -x -C "$to"; else cp -r "$include/." "$to"; fi

@@ -1,9 +1,9 @@
 //! Gathers the contents of a wheel besides the module: the plugins, scenes, models and add-ons, and the declarations of
 //! commands for type checkers. Does nothing unless maturin builds a wheel.
 //!
-//! A build script has no access to the plugin libraries of the same build. So it runs a separate cargo process with a
-//! separate target folder to build them. If `TATU_WHEEL_PLUGINS` is the path of a folder with a program and its
-//! plugins, these are copied instead; they may have been built for an older system.
+//! A build script has no access to the plugin libraries of the same build. Therefore it runs a separate cargo process
+//! with a separate target folder to build them. If `TATU_WHEEL_PLUGINS` is the path of a folder that contains a program
+//! and its plugins, those are copied instead; they may have been built for an older system.
 
 use std::{
     env, fs, io,
@@ -35,7 +35,7 @@ fn main() -> Result {
         }
     }
     plugins(&root, &built, &package.join("plugins"))?;
-    // The host for tests of plugins, which is next to the program.
+    // The library with which plugins are tested is beside the program.
     copy_library(&built, "libtatuhost.so", &package)?;
     for folder in ["scenes", "models", "addons"] {
         copy_tree(&root.join(folder), &package.join(folder))?;
@@ -85,7 +85,7 @@ fn copy_library(built: &Path, name: &str, to: &Path) -> Result {
     Ok(())
 }
 
-/// Copies a folder of the repository, without files that programs have left in it.
+/// Copies a folder of the repository, without hidden files and files that programs have generated.
 fn copy_tree(from: &Path, to: &Path) -> io::Result<()> {
     fs::create_dir_all(to)?;
     for entry in fs::read_dir(from)? {

@@ -22,7 +22,7 @@ AT_ONCE = 2
 
 
 def zig(folder):
-    """Creates scripts that run clang's C and C++ compilers; returns their paths, or None without ziglang."""
+    """Creates scripts that run clang's C and C++ compilers. Returns their paths, or None if ziglang is missing."""
     venv.create(folder, with_pip=True)
     python = folder / "bin/python"
     if subprocess.run([python, "-m", "pip", "install", "--quiet", "ziglang"], capture_output=True).returncode:
@@ -79,7 +79,7 @@ def main():
     failed = [(job[0], why) for job, why in zip(jobs, results) if why]
     for name, why in failed:
         print(f"FAIL  {name}: {why}")
-    print(f"{len(jobs) - len(failed)} of {len(jobs)} plugins are built, work and pass")
+    print(f"{len(jobs) - len(failed)} of {len(jobs)} plugins are built, run, and pass the checks")
     sys.exit(1 if failed else 0)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs each scene of scenes/showcase as long as its referee needs: scenes.py PROGRAM
+"""Runs each scene of scenes/showcase for the time that its checks need: scenes.py PROGRAM
 
 A line `# Test: runs N s` of a scene states the simulated time. Its scripts raise an error if the robots do not behave
 as they should. Prints the errors; the exit code is 1 if there are any.
@@ -23,7 +23,7 @@ def run(program, scene):
     seconds = re.search(r"^# Test: runs (\d+) s", scene.read_text(), re.MULTILINE)
     with tempfile.TemporaryDirectory() as folder:
         command = [program, "run", scene, "--seconds", seconds.group(1) if seconds else "10", "--strict"]
-        # The ports of a scene may be in use.
+        # The scene's own ports may be in use by another program.
         for service in re.findall(r'^\[\[service\]\]\nid = "(\w+)"', scene.read_text(), re.MULTILINE):
             command += ["--service", f"{service}:port=0"]
         ran = subprocess.run(command, capture_output=True, text=True, cwd=folder)

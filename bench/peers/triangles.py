@@ -15,7 +15,7 @@ FACES = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3
 
 
 def triangles(with_mesh):
-    """12 triangles per box, 2 for the floor, 100,000 for the mesh."""
+    """Returns the triangles of the room: 12 per box, 2 for the floor, and 100,000 for the mesh."""
     room = scenes.room()
     for b in room["boxes"] + room["walls"]:
         cos, sin = math.cos(b[6]), math.sin(b[6])

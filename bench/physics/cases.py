@@ -104,7 +104,7 @@ def tumbling():
 
 
 def arm():
-    """An arm of seven joints, held level by position control."""
+    """An arm with seven joints, held horizontally by position control."""
     s = Scene(floor=False)
     s.add("base", "box", (.05, .05, .05), 1, (0, 0, 0), fixed=True, collides=False)
     parent, masses = "base", (4, 4, 3, 3, 2, 1.5, 1)
@@ -138,7 +138,7 @@ def chain():
 
 
 def gripper():
-    """1 kg between two fingers of 200 N."""
+    """A box of 1 kg between two fingers that press with 200 N."""
     s = Scene(floor=False)
     s.add("palm", "box", (.05, .05, .05), 1, (0, 0, .3), fixed=True, collides=False)
     for name, y, force in (("left", -.06, 200), ("right", .06, -200)):

@@ -1,4 +1,4 @@
-"""Runs a scene in Tatu or in MuJoCo: motion of the bodies, sampled every 50 ms, and cost of a simulated second."""
+"""Runs a scene in Tatu or in MuJoCo, and returns the motion of bodies and the cost of a simulated second."""
 
 import json
 import math
@@ -16,7 +16,7 @@ SAMPLE = 0.05
 
 
 class Trace:
-    """Positions, orientations (x y z w), velocities of centres of mass and angular velocities, in the world frame."""
+    """Position, orientation (x y z w), velocity of the centre of mass and angular velocity, in the world frame."""
 
     def __init__(self, names):
         self.t, self.cost = [], math.nan

@@ -1,11 +1,11 @@
-"""Robots of public URDF files, held in a pose: processor time of a physics step of 5 ms, µs, in Tatu and MuJoCo.
+"""Measures the processor time of a physics step of 5 ms in Tatu and MuJoCo, for robots of public URDF files at rest.
 
     pip install mujoco numpy && pip install --no-deps example-robot-data
     python3 bench/physics/robots.py [PROGRAM ...]
 
-Every program, with mechanisms in reduced form and as trees (`auto`), alternates with MuJoCo, three times; the minimum
-time of each is used. Joints hold their targets: 0, or the nearest position within their limits; in MuJoCo, by a spring
-(`kp` ten times the torque limit, `kv` equal to it).
+Every PROGRAM is run with both solvers (`reduced`, and `auto`, which chooses trees), alternately with MuJoCo and three
+times. The minimum time of each is used. Joints hold their targets, which are 0 or the nearest position within their
+limits, in MuJoCo by a spring with `kp` = 10 times the torque limit and `kv` equal to the limit.
 """
 
 import re
@@ -58,7 +58,7 @@ motors = "position"
         for seconds in (SECONDS / 4, SECONDS):
             run = [program, "run", str(Path(folder, "s.toml")), "--json", "--threads", "1", "--seconds", str(seconds)]
             before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-            # Meshes are read only from below the working directory.
+            # Tatu reads meshes only in the working directory and its subdirectories.
             subprocess.run(run, cwd=share(), check=True, capture_output=True)
             spent.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
     return (spent[1] - spent[0]) / (SECONDS * 3 / 4 / DT) * 1e6
@@ -69,7 +69,7 @@ def of_mujoco(file, floats, height):
     for tag in ("gazebo", "transmission"):
         text = re.sub(rf"<{tag}\b[^>]*/>", "", text)
         text = re.sub(rf"<{tag}\b.*?</{tag}>", "", text, flags=re.S)
-    # Meshes that MuJoCo cannot read are omitted on both sides of the comparison: Tatu skips `.dae` as well.
+    # MuJoCo cannot read `.dae` files, so these meshes are removed from the file.
     text = re.sub(r"<(visual|collision)\b(?:(?!</\1>).)*\.dae(?:(?!</\1>).)*</\1>", "", text, flags=re.S)
     text = re.sub(r"<visual\b.*?</visual>", "", text, flags=re.S)
     text = text.replace("package://", f"{share()}/")

@@ -1,5 +1,5 @@
-"""Small scenes of boxes, balls and joints, in the formats of Tatu and MuJoCo. All frames are parallel to the world's at
-the start; lengths in m, masses in kg, angles in rad."""
+"""Writes small scenes of boxes, balls and joints in the formats of Tatu and MuJoCo. Initially all frames are parallel
+to that of the world. Lengths are in m, masses in kg, angles in rad."""
 
 from dataclasses import dataclass, field
 import math
@@ -12,7 +12,7 @@ class Body:
     size: tuple  # full extents
     mass: float
     at: tuple
-    parent: str = ""  # the parent body: connected by the joint if there is one, else rigidly
+    parent: str = ""  # the parent body, connected by the joint if there is one, otherwise rigidly
     joint: dict | None = None  # type (hinge, slide, ball, weld), axis (x, y, z), at, and its drive or spring
     inertia: tuple | None = None
     v: tuple = (0, 0, 0)
@@ -128,7 +128,7 @@ def mjcf(scene, dt, tuned):
         mass = f'mass="{b.mass}"' if not b.inertia else 'mass="0"'
         if b.inertia:
             out.append(f'<inertial pos="0 0 0" mass="{b.mass}" diaginertia="{" ".join(map(str, b.inertia))}"/>')
-        # MuJoCo uses the greater friction of a pair, and the floor's is 1, so priority selects the body's.
+        # MuJoCo uses the greater friction of a pair. The floor has 1, so `priority` selects the friction of the body.
         contact = "" if b.collides else 'contype="0" conaffinity="0"'
         priority = 'priority="1"' if b.collides else ""
         out.append(f'<geom type="{b.form}" size="{" ".join(map(str, size))}" {mass} {contact} {priority} '

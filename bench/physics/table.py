@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Accuracy and cost of Tatu's physics compared with MuJoCo's, at three lengths of the physics step, as the table of
+"""Compares accuracy and cost of Tatu's physics with MuJoCo's for three physics steps. The result is the table in
 docs/physics.md.
 
     pip install mujoco numpy
@@ -39,7 +39,7 @@ def cost(x):
 def safely(run):
     try:
         return run()
-    except Exception as e:  # A peer that diverges is a result, too.
+    except Exception as e:  # A peer that diverges is also a result.
         print(f"  {e}", file=sys.stderr)
         return math.nan, math.nan
 

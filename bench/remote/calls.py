@@ -1,8 +1,9 @@
-"""A call by the real ZeroMQ client: to Tatu, and to a pyzmq server with canned answers, alternately.
+"""Measures a call by the real ZeroMQ client, alternately to Tatu and to a pyzmq server with fixed answers.
 
     python bench/remote/calls.py [--program target/release/tatu] [--calls 3000]
 
-Requires the package coppeliasim-zmqremoteapi-client. The result is the ratio of both; it was 0.85 to 1.01 on two cores.
+Requires the package coppeliasim-zmqremoteapi-client. Prints the ratio of the two times, which was 0.85 to 1.01 on two
+cores.
 """
 import argparse
 import os

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Images of 640 x 480 pixels, 30 per second, by each protocol: how many arrive, and their cost in the program.
+"""Sends images of 640 x 480 pixels, 30 per second, by each protocol, and measures the received rate and the cost.
 
     bench/remote/images.py target/release/tatu
 
@@ -41,7 +41,7 @@ end
 
 
 def paced(get):
-    """Calls a function at the rate, and returns the number of images received per second."""
+    """Calls a function 30 times per second, and returns the number of images received per second."""
     got, begin = 0, time.monotonic()
     while (now := time.monotonic()) < begin + SECONDS:
         got += get()
@@ -106,7 +106,7 @@ def rosbridge_cbor(port):
 
 
 def writer(port):
-    """Writes images to the first client: a lower bound of the cost."""
+    """Writes images to the first client, which gives a lower bound of the cost."""
     listener = socket.create_server(("127.0.0.1", port))
     print("listening", flush=True)
     s, image, begin, i = listener.accept()[0], bytes(BYTES), time.monotonic(), 0
@@ -130,7 +130,7 @@ def cpu_s(pid):
 
 
 def measure(command, pattern, client):
-    """Returns images per second, and the fraction of a core that a program uses while a client (or no client) runs."""
+    """Returns the images per second, and the fraction of a core that a program uses with a client or without one."""
     told = tempfile.TemporaryFile("w+")
     process = subprocess.Popen(command, stdout=told, stderr=told)
     try:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How much twenty streaming clients slow down a step: the duration of steps with and without them, alternately.
+"""Measures how much twenty streaming clients slow down a step, in runs with and without them, alternately.
 
     bench/remote/streaming.py target/release/tatu
 

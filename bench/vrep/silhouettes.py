@@ -1,12 +1,11 @@
-"""Agreement of the page's image of a scene with that of `tatu look`: the overlap of silhouettes.
+"""Compares the page's image of a scene with that of `tatu look` by the overlap of silhouettes.
 
     python bench/vrep/silhouettes.py SCENE... [--program target/release/tatu]
 
 Both render the shapes of a scene, except floors, with the same camera. The page renders them white on black.
-`tatu look` renders the scene twice, with and without the shapes, 300 m above its floor so that no shadow is in the
-image; the pixels that differ belong to shapes. The printed value is the intersection of both silhouettes divided by
-their union. A border of half a pixel exists only in the image of `tatu look`, which smooths edges, so thin and small
-shapes overlap less.
+`tatu look` renders the scene twice, with and without the shapes, 300 m above its floor so that the image contains no
+shadow; the pixels that differ belong to shapes. The printed value is the intersection of both silhouettes divided by
+their union. Only `tatu look` smooths edges, which adds a border of half a pixel, so thin and small shapes overlap less.
 Requires Chromium, and the packages websocket-client, pillow and numpy.
 """
 import argparse

@@ -1,10 +1,10 @@
-"""Scenes of V-REP, compared with their behaviour in the original program.
+"""Compares scenes of V-REP with their behaviour in the original program.
 
     python bench/vrep/table.py FOLDER [--program target/release/tatu] [--seconds 10] [--only NAME] [--write]
 
-FOLDER contains scenes with a NAME.reference.json beside each: poses at load and every half second of a run, masses,
-modes and errors of scripts, measured with the original (whose sensors returned nothing). --write writes the table into
-docs/vrep-scenes.md.
+FOLDER contains scenes, each with a file NAME.reference.json that was measured with the original: poses at load and in
+every half second of a run, masses, modes and errors of scripts. Sensors detected nothing in these runs. --write writes
+the table into docs/vrep-scenes.md.
 """
 import argparse
 import functools
@@ -58,7 +58,7 @@ def apart(a, b):
 
 
 def at_load(scene):
-    """Returns tables (with `_path` added) and world poses of the objects of a scene file without models, in order."""
+    """Returns table (with `_path` added) and world pose of each object of a scene file without models, in order."""
     names, out, count = {}, [], {}
     for o in scene["object"]:
         above = names.get(o.get("parent"))
@@ -118,7 +118,7 @@ def run(program, scene, seconds, watch, place):
 
 
 def mean_speed(poses, seconds):
-    """Returns the mean speed from (time, pose) in order: the path over intervals of 0.5 s, divided by the time."""
+    """Returns the mean speed from sorted pairs (time, pose): the path over intervals of 0.5 s, divided by the time."""
     way, last = 0.0, None
     for t, p in poses:
         if t > seconds + 1e-6:

@@ -1,8 +1,8 @@
-"""Pictures of V-REP scenes with textured shapes, on one sheet with the names of the files.
+"""Renders V-REP scenes with textured shapes on one sheet, with the names of the files.
 
     python bench/vrep/textures.py FOLDER [--program target/release/tatu] [--out docs/images/vrep_textures.png]
 
-FOLDER contains the files. Requires the package pillow.
+FOLDER contains the scenes. Requires the package pillow.
 """
 import argparse
 import os

@@ -1,11 +1,11 @@
-"""Wheeled robots of V-REP's scenes, compared with their behaviour in the original program.
+"""Compares wheeled robots of V-REP's scenes with their behaviour in the original program.
 
     python bench/vrep/wheels.py FOLDER [--program target/release/tatu] [--only NAME] [--write]
 
-FOLDER contains the scenes and REFERENCES.md with a table of wheel experiments: scripts off, the robot 0.5 mm above a
-flat floor of friction 1; 0 to 11 s wheels at 0, 11 to 21 s both 2 rad/s, 21 to 23 s at 0, 23 to 33 s left 1 and right
-2 rad/s. Speed is that of the middle between the wheels over 13 to 21 s and 25 to 33 s. --write writes the table into
-docs/vrep-scenes.md.
+FOLDER contains the scenes and REFERENCES.md with a table of wheel experiments. In these, scripts are off and the robot
+starts 0.5 mm above a flat floor with friction 1. The wheels are at 0 from 0 to 11 s, at 2 rad/s from 11 to 21 s, at 0
+from 21 to 23 s, and at 1 (left) and 2 rad/s (right) from 23 to 33 s. The speed of the midpoint between the wheels is
+measured from 13 to 21 s and from 25 to 33 s. --write writes the table into docs/vrep-scenes.md.
 """
 import argparse
 import multiprocessing
@@ -82,7 +82,7 @@ script = { file = "driver.lua", dialect = "4.9" }
 
 
 def rows(page):
-    """Returns file, robot, radius, and the original's drift mm, straight m/s, turn m/s, yaw rate rad/s, with Bullet."""
+    """Returns file, robot, wheel radius, and the original's drift (mm), both speeds (m/s) and yaw rate (rad/s)."""
     for line in open(page):
         cells = [c.strip() for c in line.strip().strip("|").split("|")]
         if len(cells) == 12 and cells[2] == "Bullet":

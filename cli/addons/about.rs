@@ -1,4 +1,4 @@
-//! Extracts what the source of an add-on declares, without running it.
+//! Extracts an add-on's declarations from its source, without running it.
 
 use super::Style;
 
@@ -19,7 +19,8 @@ pub fn first_comment(text: &str) -> String {
     String::new()
 }
 
-/// Returns the style in which a script is called. Old scripts are recognized by names that only they need.
+/// Returns how a script is called, given its source. Scripts of the old style are recognized by names that only that
+/// style uses.
 pub fn style(text: &str) -> Style {
     let functions = text.contains("sysCall_");
     let old = text.contains("sim_call_type") || text.contains("sim_addonscriptcall_");

@@ -20,9 +20,9 @@ use super::{AddOn, Start, Style, about, name};
 /// Keys of `addon.toml`.
 const KEYS: [&str; 4] = ["name", "text", "dialect", "auto_start"];
 
-/// Returns the folders that are searched, in order: `addons` in the working folder, next to the program, in
-/// `../share/tatu` and above the program, then those of `TATU_ADDON_PATH`. If a name occurs several times, the first one
-/// is used.
+/// Returns the folders to search, in order: `addons` in the working folder, beside the program, in `../share/tatu`
+/// relative to the program's folder, and in the parent of that folder, followed by the folders of `TATU_ADDON_PATH`. If
+/// several add-ons have the same name, the first one is used.
 pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> {
     let beside = exe.and_then(Path::parent);
     let mut all = vec![PathBuf::from("addons")];
@@ -38,8 +38,8 @@ pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> 
     all
 }
 
-/// Finds all add-ons, in the order of folders, then of file names; also returns errors about invalid ones. Files are
-/// read through `sources`.
+/// Returns all add-ons, sorted by folder in search order and then by file name, and an error for each invalid add-on.
+/// Files are read through `sources`.
 pub fn find(registry: &Registry, sources: &Sources) -> (Vec<AddOn>, Vec<Error>) {
     let exe = program_file();
     let path = std::env::var_os("TATU_ADDON_PATH");
@@ -77,14 +77,14 @@ fn may_be(place: &Path, registry: &Registry) -> bool {
     !hidden && if place.is_dir() { place.join("addon.toml").is_file() } else { language(place, registry).is_some() }
 }
 
-/// Returns the language of a file's suffix.
+/// Returns the index of the script language that reads files with this file's suffix.
 fn language(file: &Path, registry: &Registry) -> Option<usize> {
     let name = file.file_name()?.to_str()?;
     let has = |suffixes: &[String]| suffixes.iter().any(|s| name.len() > s.len() && name.ends_with(s.as_str()));
     registry.languages.iter().position(|l| has(&l.suffixes))
 }
 
-/// Reads an add-on from a file, or from a folder with `addon.toml` and `init` in any language.
+/// Reads an add-on from a script file, or from a folder that contains `addon.toml` and a script named `init`.
 pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddOn> {
     let (manifest, file) = if place.is_dir() {
         let file = place.join("addon.toml");
@@ -109,7 +109,7 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
         Error::new("E601", format!("no script language accepts {}", file.display())).expected(known.join(", "))
     })?;
     let text = text_of(&file, sources)?;
-    // The name is that of the file, or of the folder.
+    // By default, an add-on is named after its file or folder.
     let stem =
         place.file_stem().filter(|_| place.is_file()).or(place.file_name()).unwrap_or_default().to_string_lossy();
     let told = name::of(&stem);
@@ -149,7 +149,7 @@ fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
     Ok(())
 }
 
-/// Reads a file as text; invalid UTF-8 is replaced, since the text is only used to read declarations.
+/// Reads a file as text; invalid UTF-8 is replaced, because the text is used only to extract declarations.
 fn text_of(file: &Path, sources: &Sources) -> Result<String> {
     let bytes = sources.read(file).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())))?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())

@@ -1,4 +1,4 @@
-//! Add-ons: scripts of the session, found in folders named `addons`.
+//! Add-ons: scripts that run in addition to those of the scene, found in folders named `addons`.
 //!
 //! - [`Flags`]: command-line options;
 //! - `find`: searches folders for add-ons;
@@ -43,7 +43,7 @@ pub enum Style {
 }
 
 impl Style {
-    /// Returns a description for lists.
+    /// Returns the name of the style that `tatu list addons` prints.
     pub fn text(self) -> &'static str {
         match self {
             Style::Callbacks => "callbacks",
@@ -73,12 +73,12 @@ pub struct AddOn {
     pub file: PathBuf,
     /// Index of its script language in the registry.
     pub language: usize,
-    /// The version that it was written for; if empty, it is inferred from the source.
+    /// Version of the API that the script was written for; if empty, it is inferred from the source.
     pub dialect: String,
     /// How the add-on's script is called.
     pub style: Style,
-    /// Whether it starts automatically.
+    /// Whether the add-on starts automatically.
     pub start: Start,
-    /// The first line of the file's comment.
+    /// Description: `text` of the manifest, or the first line of the script's first comment.
     pub about: String,
 }

@@ -1,4 +1,4 @@
-//! The meaning of an add-on's file name, by the rules of all versions of the original:
+//! Parses the file names of add-ons, by the rules of all versions of the original:
 //!
 //! | file | kind | starts |
 //! |---|---|---|
@@ -9,7 +9,7 @@
 
 use super::Start;
 
-/// The parts of a file name: name, whether it is a function, and whether it starts automatically.
+/// What a file name specifies: the add-on's name, whether it is a function, and whether it starts automatically.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Told {
     pub name: String,

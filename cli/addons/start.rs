@@ -66,7 +66,7 @@ pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> R
     Ok(Started(started))
 }
 
-/// Returns the add-ons of a run that is replayed.
+/// Returns the add-ons that the input log of a replayed run lists.
 pub fn replayed(entries: &[AddonEntry], document: &Document, registry: &Registry) -> Result<Started> {
     let all = entries.iter().map(|e| {
         let addon = find::read(&e.file, registry, &document.sources)?;
@@ -91,8 +91,8 @@ fn unreadable(file: &Path, e: &std::io::Error) -> Error {
     Error::new("E105", format!("cannot read the add-on {}: {e}", file.display()))
 }
 
-/// Returns whether an add-on starts automatically: if neither its name nor a manifest says so, its function `info` is
-/// called in a temporary world. An add-on that fails there is started, so that its error is reported.
+/// Returns whether an add-on starts automatically. If neither its name nor its manifest specifies this, its function
+/// `info` is called in a temporary world. If that call fails, the add-on is started, so that its error is reported.
 pub fn starts_by_itself(addon: &AddOn, registry: &Arc<Registry>) -> bool {
     match addon.start {
         Start::ByItself => true,

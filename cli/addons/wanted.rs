@@ -7,12 +7,12 @@ use tatu_core::errors::{Error, Result};
 pub struct Wanted {
     /// The add-on's name or file.
     pub name: String,
-    /// The add-on's options, in order; of equal keys the last one is used.
+    /// The add-on's options, in order. If a key occurs several times, its last value is used.
     pub options: Vec<(String, String)>,
 }
 
 impl Wanted {
-    /// Parses an argument. A part without `=` continues the value before it, so that values may contain commas.
+    /// Parses an argument. A part without `=` continues the preceding value, so values can contain commas.
     pub fn parse(text: &str) -> Result<Self> {
         let at = text.match_indices(':').map(|(i, _)| i).find(|i| begins_options(&text[i + 1..]));
         let (name, rest) = at.map_or((text, ""), |i| (&text[..i], &text[i + 1..]));
@@ -26,9 +26,12 @@ impl Wanted {
                 }
                 (None, None) if piece.is_empty() => {}
                 (None, None) => {
-                    return Err(Error::new("E102", format!("--addon: `{piece}` is not KEY=VALUE, in `{text}`"))
-                        .expected("NAME:KEY=VALUE,KEY=VALUE")
-                        .help("for instance `pose_logger:file=poses.csv,period=0.1`"));
+                    return Err(Error::new(
+                        "E102",
+                        format!("--addon `{text}`: `{piece}` is not of the form KEY=VALUE"),
+                    )
+                    .expected("NAME:KEY=VALUE,KEY=VALUE")
+                    .help("an example is `pose_logger:file=poses.csv,period=0.1`"));
                 }
             }
         }
@@ -41,7 +44,7 @@ impl Wanted {
     }
 }
 
-/// Splits a part into key and value, if it has both.
+/// Splits `KEY=VALUE`; returns `None` if there is no `=`, or if the key is not a valid name.
 fn key_of(piece: &str) -> Option<(&str, &str)> {
     let (key, value) = piece.split_once('=')?;
     let key = key.trim();
@@ -49,7 +52,7 @@ fn key_of(piece: &str) -> Option<(&str, &str)> {
     good.then_some((key, value))
 }
 
-/// Returns whether options follow a colon, which may also be part of a path.
+/// Returns whether `rest`, the text after a colon, starts with an option. The colon can also be part of a path.
 fn begins_options(rest: &str) -> bool {
     key_of(rest).is_some() || rest.is_empty()
 }

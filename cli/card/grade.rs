@@ -43,23 +43,23 @@ impl Grade {
             n => format!("; {n} measures are more than 2 % off"),
         };
         match (self, estimates(numbers)) {
-            (Grade::A, _) => "all numbers have sources, and all measures are within 2 % of them".into(),
-            (Grade::B, 0) => format!("all numbers have sources{off}"),
-            (Grade::B, 1) => format!("one number is an estimate, as its source states{off}"),
-            (Grade::B, n) => format!("{n} numbers are estimates, as their sources state{off}"),
-            (Grade::C, _) => "geometry: nothing of what it does was measured".into(),
+            (Grade::A, _) => "all values have sources, and all measures are within 2 % of the data sheet".into(),
+            (Grade::B, 0) => format!("all values have sources{off}"),
+            (Grade::B, 1) => format!("one value is an estimate, as its source states{off}"),
+            (Grade::B, n) => format!("{n} values are estimates, as their sources state{off}"),
+            (Grade::C, _) => "geometry only: the behaviour was not measured".into(),
         }
     }
 }
 
 /// Returns whether the recorded value of a measure agrees with the data sheet.
 fn is_close(m: &Measure) -> bool {
-    // There is no relative deviation from 0, so the measure's absolute tolerance applies.
+    // A relative deviation from 0 is undefined, so the measure's absolute tolerance applies.
     let allowed = if m.expected == 0.0 { m.allowed } else { CLOSE * m.expected.abs() };
     m.measured.is_some_and(|x| (x - m.expected).abs() <= allowed)
 }
 
-/// Returns how many parameters are estimates, according to their sources.
+/// Returns the number of parameters that are estimates, according to their sources.
 fn estimates(numbers: &[ModelNumber]) -> usize {
     numbers.iter().filter(|n| n.source.contains("estimate")).count()
 }

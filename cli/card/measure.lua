@@ -41,7 +41,7 @@ function measure.angle(object)
     return now
 end
 
--- Returns the length of an object's path, m, and the angle by which it turns, rad, over a number of steps.
+-- Returns the length of the path that an object travels in `steps` steps, m, and the angle by which it rotates, rad.
 function measure.motion(object, steps)
     local way, from, at = 0, measure.angle(object), sim.getObjectPosition(object)
     for _ = 1, steps do

@@ -42,10 +42,10 @@ pub struct Measure {
     pub allowed: f64,
     /// Value measured when the card was last written, in `unit`.
     pub measured: Option<f64>,
-    /// Parameters of the model, and settings of the scene, for the world in which it is measured.
+    /// Parameters of the model and settings of the scene, for the world in which the quantity is measured.
     pub params: Table,
     pub scene: Table,
-    /// Simulation time after which the function must have returned, s.
+    /// Simulation time by which the function must have returned, s.
     pub seconds: f64,
 }
 
@@ -143,7 +143,7 @@ impl Reader<'_> {
         let number = |key: &str| -> Result<Option<f64>, Error> {
             let Some(item) = table.get(key) else { return Ok(None) };
             let number = item.as_float().or_else(|| item.as_integer().map(|i| i as f64)).filter(|x| x.is_finite());
-            let wrong = || self.fail("E102", format!("`{key}` is not a number"), item.span());
+            let wrong = || self.fail("E102", format!("`{key}` is not a finite number"), item.span());
             number.map(Some).ok_or_else(wrong)
         };
         for key in ["tolerance", "within", "seconds"] {
@@ -157,7 +157,7 @@ impl Reader<'_> {
             && name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
         if !is_name {
             let span = table.get("name").and_then(Item::span);
-            return Err(self.fail("E102", format!("`{name}` is not the name of a function of card.lua"), span));
+            return Err(self.fail("E102", format!("`name`: `{name}` is not a valid function name"), span));
         }
         let expected = number("expected")?.ok_or_else(|| lacks("expected"))?;
         let relative = number("tolerance")?.unwrap_or(TOLERANCE) * expected.abs();
@@ -184,7 +184,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Returns a table of settings, empty if there is none.
+    /// Returns the table with this key, or an empty table if the key is missing.
     fn table(&self, of: &Table, key: &str) -> Result<Table, Error> {
         let Some(item) = of.get(key) else { return Ok(Table::new()) };
         let table = item.clone().into_table();

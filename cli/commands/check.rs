@@ -34,7 +34,7 @@ pub fn check(args: &Check) -> ExitCode {
         });
     match world {
         Ok(world) => {
-            // A script that does not compile does not prevent a start; starting the scene here reports such errors.
+            // A scene starts even if one of its scripts does not compile; starting the scene here reports such errors.
             watchdog.world(&world, false);
             world.start();
             world.mechanics().iter().for_each(|text| report::warned(text));
@@ -77,7 +77,7 @@ fn shortened(text: &str) -> String {
     }
 }
 
-/// Most characters of a report in the summary.
+/// Maximum length of a report in the summary, in characters.
 const LONGEST: usize = 120;
 
 /// Adds the solver of each mechanism, by the path of its first shape.
@@ -89,7 +89,7 @@ fn add_mechanisms(json: &mut Json, world: &World) {
     }
 }
 
-/// Describes the file: its importer's description, if it provides one, with the file's name and a report.
+/// Returns the importer's description of the file, if it provides one, with the file's name and a report added.
 fn described(args: &Check, document: &Document) -> Json {
     let mut out = document.description.as_ref().map(to_json).filter(Json::is_object).unwrap_or_else(|| json!({}));
     if let Some(map) = out.as_object_mut() {

@@ -40,7 +40,7 @@ pub fn save_world(file: &Path, world: &World) -> Result<(), Error> {
     save(file, &document::write(&world.to_document(), &world.registry(), &document::folder_beside(file))?)
 }
 
-/// Checks the suffix of a scene file's name, by which scene files are recognized.
+/// Checks that a file name has the suffix by which scene files are recognized.
 pub fn check_name(file: &Path) -> Result<(), Error> {
     if file.extension().is_some_and(|e| e == "toml") {
         return Ok(());

@@ -14,7 +14,7 @@ use tatu_plugin_api::safe::{MOST_BYTES, open_plain};
 
 use crate::{args::Diff, report};
 
-/// Most fields shown of an object or reading.
+/// Maximum number of differing fields that are shown for an object or reading.
 const SHOWN: usize = 8;
 
 /// Compares two traces. The exit code is 0 if they are equal, 1 if they differ, and 2 if one cannot be read.
@@ -62,7 +62,7 @@ fn ends(line: &Value) -> bool {
     line["stopping"] == Value::Bool(true)
 }
 
-/// Reads the lines of a trace.
+/// A reader of the lines of a trace.
 struct Lines {
     file: BufReader<Take<File>>,
     path: PathBuf,
@@ -114,10 +114,7 @@ fn differ(a: &Value, b: &Value) -> Option<String> {
     }
     let at = format!("step {} (t = {} s)", a["step"], a["time"]);
     if a["time"] != b["time"] {
-        return Some(format!(
-            "{at}: the other trace has t = {} s there: the steps are of different lengths",
-            b["time"]
-        ));
+        return Some(format!("{at}: the other trace has t = {} s at this step, so the time steps differ", b["time"]));
     }
     let empty = Map::new();
     let part = |v: &'_ Value, key: &str| v[key].as_object().cloned().unwrap_or_else(|| empty.clone());
@@ -138,21 +135,22 @@ fn differ(a: &Value, b: &Value) -> Option<String> {
             let mut text = format!("{at}: {path}{}", missing(&x, &y, &path));
             text += &fields(x.get(&path).unwrap_or(&Value::Null), y.get(&path).unwrap_or(&Value::Null));
             if a["hash"] != b["hash"] && a.get("hashes").is_none() {
-                text += "\n  of the watched objects this is the first; others may differ: write traces with --hashes";
+                text += "\n  this is the first watched object that differs; \
+                         write both traces with --hashes to compare all objects";
             }
             return Some(text);
         }
     }
     if a["hash"] != b["hash"] {
-        let why = "an object that is not watched; write both traces with --hashes to have it named";
+        let why = "an object that is not watched differs; write both traces with --hashes to identify it";
         return Some(format!("{at}: {why}"));
     }
     let told = ["statusbar", "console"].into_iter().find(|key| a[*key] != b[*key])?;
     Some(format!("{at}: the scripts' lines ({told}): {} and {}", a[told], b[told]))
 }
 
-/// Returns the first key that differs, apart from those described separately. One trace may lack hashes of objects that
-/// the other has.
+/// Describes the first key that differs, apart from those described separately. `hashes` is ignored if only one trace
+/// contains it.
 fn other_key(a: &Value, b: &Value) -> Option<String> {
     let (a, b) = (a.as_object()?, b.as_object()?);
     let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
@@ -166,7 +164,7 @@ fn other_key(a: &Value, b: &Value) -> Option<String> {
     Some(format!("{at}: `{key}`: {} and {}", show(a.get(*key)), show(b.get(*key))))
 }
 
-/// Returns the first key, in order of names, whose values differ: an object comes before its children.
+/// Returns the first key, in alphabetical order, whose values differ. An object's path precedes those of its children.
 fn first(a: &Map<String, Value>, b: &Map<String, Value>) -> Option<String> {
     let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
     keys.into_iter().find(|k| a.get(*k) != b.get(*k)).cloned()

@@ -22,7 +22,7 @@ use crate::{
     watchdog::Watchdog,
 };
 
-/// Prints the list.
+/// Prints the requested list as a table or as JSON.
 pub fn list(args: &List) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let registry = match super::registry(args.scene.as_deref(), &Default::default(), &args.allow, &watchdog) {
@@ -144,14 +144,15 @@ pub fn licence<'a>(r: &'a Registry, m: &'a Model) -> &'a str {
     if m.licence.is_empty() && m.file.is_none() { &r.plugins[m.plugin].licence } else { &m.licence }
 }
 
-/// Returns the other files in the folder `models` and in those of `TATU_MODEL_PATH` that scenes can name by their path.
+/// Returns the files in the folder `models` and in those of `TATU_MODEL_PATH` that scenes can refer to by path, except
+/// for files that belong to a model folder.
 fn model_files(r: &Registry) -> Vec<Value> {
     let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
     let folders = std::iter::once(PathBuf::from("models")).chain(std::env::split_paths(&given));
     let mut files: Vec<PathBuf> = folders.filter(|f| !f.as_os_str().is_empty()).flat_map(files_below).collect();
     files.sort();
     files.dedup();
-    // The files of a model's own folder belong to it.
+    // Files in the folder of a model are part of that model.
     let found = r.found_models();
     files.retain(|file| !found.iter().any(|f| f.file == *file || in_folder_of(f, file)));
     let row = |file: &PathBuf| {
@@ -253,7 +254,7 @@ fn actuators(r: &Registry) -> Vec<Value> {
         .collect()
 }
 
-/// Returns the declarations of the fields of a kind.
+/// Returns the declarations of the fields of a kind of sensor.
 fn fields(s: &SensorKind) -> Vec<Value> {
     s.fields.iter().map(|f| json!({ "name": f.name, "unit": f.unit, "text": f.text })).collect()
 }

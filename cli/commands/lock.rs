@@ -23,13 +23,13 @@ use crate::{args::Lock, report, watchdog::Watchdog};
 struct Entry {
     /// The id of a plugin, or the path of a file.
     name: String,
-    /// The version of a plugin.
+    /// The version; only plugins have one.
     version: Option<String>,
     /// SHA-256 of its contents, in hexadecimal.
     hash: String,
 }
 
-/// All that a scene uses.
+/// Everything that a scene uses, with versions and hashes.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Locked {
     tatu: String,
@@ -63,7 +63,7 @@ pub fn lock(args: &Lock) -> Result<ExitCode, Error> {
         report::out!("{text}");
     }
     match differences.len() {
-        0 => report::out!("{}: all as locked", args.scene.display()),
+        0 => report::out!("{}: agrees with its lock file", args.scene.display()),
         n => report::out!("{}: differences from {}: {n}", args.scene.display(), file.display()),
     }
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -160,7 +160,7 @@ impl Locked {
     fn differences(&self, now: &Locked) -> Vec<String> {
         let mut out = Vec::new();
         if self.tatu != now.tatu {
-            out.push(format!("tatu {} was locked, this is {}", self.tatu, now.tatu));
+            out.push(format!("locked with tatu {}, but this is tatu {}", self.tatu, now.tatu));
         }
         for (what, then, now) in [
             ("plugin", &self.plugins, &now.plugins),
@@ -173,7 +173,12 @@ impl Locked {
                     None => line += ": is missing",
                     Some(n) if n.version != e.version => {
                         let show = |v: &Option<String>| v.clone().unwrap_or_default();
-                        let _ = write!(line, ": {} was locked, this is {}", show(&e.version), show(&n.version));
+                        let _ = write!(
+                            line,
+                            ": version {} was locked, but version {} is used now",
+                            show(&e.version),
+                            show(&n.version)
+                        );
                     }
                     Some(n) if n.hash != e.hash => line += ": its contents have changed",
                     Some(_) => continue,
@@ -187,8 +192,8 @@ impl Locked {
     }
 }
 
-/// Writes a temporary file and renames it over the old record, so that a failure leaves the old record intact. A file
-/// of that name that is not a record is never replaced.
+/// Writes a temporary file and renames it over the old record, so a failure leaves the old record intact. A file that
+/// is not a record is never replaced.
 fn replace(file: &Path, text: &str) -> Result<(), Error> {
     let taken = |why: String| {
         Error::new("E105", format!("cannot write {}: {why}", file.display()))
@@ -198,14 +203,14 @@ fn replace(file: &Path, text: &str) -> Result<(), Error> {
     match std::fs::symlink_metadata(file) {
         Err(_) => {}
         Ok(about) if !about.is_file() => {
-            return Err(taken("there is something with this name that is not a regular file".to_owned()));
+            return Err(taken("the existing file of that name is not a regular file".to_owned()));
         }
         Ok(_) => {
             let old = read_plain(file, MOST_BYTES).map_err(|e| taken(e.to_string()))?;
             Locked::parse(file, &String::from_utf8_lossy(&old))
                 .ok()
                 .filter(|old| !old.tatu.is_empty())
-                .ok_or_else(|| taken("the file there was not written by `tatu lock`".to_owned()))?;
+                .ok_or_else(|| taken("the existing file of that name was not written by `tatu lock`".to_owned()))?;
         }
     }
     let fail = |e: std::io::Error| Error::new("E105", format!("cannot write {}: {e}", file.display()));
@@ -235,11 +240,11 @@ fn portable(path: &Path) -> String {
     path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Maximum nesting depth of a folder. A link to a folder above would nest endlessly.
+/// Maximum nesting depth of folders: a symbolic link to a parent folder would recurse without end.
 const DEEPEST: usize = 16;
 
-/// Adds the names, lengths and contents of all files of a folder to the hash, in order of their names. Links are
-/// followed, since plugins read their targets.
+/// Adds the names, lengths and contents of all files of a folder to the hash, in order of their names. Symbolic
+/// links are followed, because plugins read their targets.
 fn hash_folder(folder: &Path, within: &str, hash: &mut Sha256, depth: usize) -> Result<(), Error> {
     let fail = |e: std::io::Error| Error::new("E105", format!("cannot read {}: {e}", folder.display()));
     if depth == 0 {

@@ -1,6 +1,6 @@
 //! `tatu measure`: measures the behaviour of a model, and compares it with the model's data sheet.
 //!
-//! Each function of the model's `card.lua` runs in a world of its own, which contains a floor and the model.
+//! Each function of the model's `card.lua` runs in a separate world, which contains a floor and the model.
 
 use std::{
     path::{Path, PathBuf},
@@ -36,7 +36,7 @@ const SHARED: &str = include_str!("../card/measure.lua");
 const SIGNAL: &str = "measured";
 
 /// Measures a model. The exit code is 0 if all values agree with the data sheet and with the card, 1 if one does not,
-/// and 2 if one could not be measured.
+/// and 2 if a value could not be measured.
 pub fn measure(args: &args::Measure) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let done = super::registry(None, &Sources::default(), &[], &watchdog).and_then(|registry| {
@@ -98,7 +98,7 @@ fn model_file(name: &str, registry: &Registry) -> Result<PathBuf, Error> {
     })
 }
 
-/// Runs the function of one measure in a world of its own; returns the measured value.
+/// Runs the function of one measure in a separate world; returns the measured value.
 fn one(
     m: &Measure,
     model: &Path,

@@ -1,4 +1,4 @@
-//! The commands of the program, one file each, and code that they share: loading plugins and scenes.
+//! The commands of the program, one file each, and the code that they share, which loads plugins and scenes.
 
 pub mod check;
 pub mod convert;
@@ -35,7 +35,7 @@ pub fn registry(
     registry_of(scene, sources, allow, watchdog, None)
 }
 
-/// Like [`registry`], but opens copies of libraries if a folder for them is given.
+/// Like [`registry`], but opens copies of the libraries, stored in a folder, if that folder is given.
 pub fn registry_of(
     scene: Option<&Path>,
     sources: &Sources,
@@ -46,8 +46,8 @@ pub fn registry_of(
     let Searched { mut search, untrusted } = searched(scene, sources, allow)?;
     if let (Some(scene), Some(folder)) = (scene, untrusted.first()) {
         return Err(search::untrusted(scene, folder).help(
-            "if you trust the folder, add `--allow plugins`, or name it once for all runs in the environment: \
-             TATU_TRUST=/absolute/folder",
+            "if you trust the folder, add `--allow plugins`, or set the environment variable \
+             TATU_TRUST=/absolute/folder for all runs",
         ));
     }
     search.copies = copies.map(Arc::new);
@@ -65,7 +65,7 @@ pub fn end(registry: Arc<Registry>) -> bool {
     errors.is_empty()
 }
 
-/// Reports the program's own plugins that were not found.
+/// Warns about plugins that belong to the program but were not found.
 fn missing(registry: &Registry) {
     let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let found: Vec<String> = registry.plugins.iter().map(|p| stem(&p.path)).collect();

@@ -1,5 +1,5 @@
-//! `tatu serve` and `tatu open`: run scenes that services control. The scene is initially stopped. Clients start and
-//! stop it and open other scenes; only a request to quit, or Ctrl-C, ends the program.
+//! `tatu serve` and `tatu open`: run scenes that clients control through services. The scene is initially stopped.
+//! Clients start and stop it, and open other scenes; only a request to quit, or Ctrl-C, ends the program.
 
 use std::{
     path::{Path, PathBuf},
@@ -45,7 +45,7 @@ pub fn open(args: Open) -> ExitCode {
     self::serve(&serve)
 }
 
-/// Runs `tatu serve`. The exit code is 0; 1 if something went wrong; 2 if nothing could be started.
+/// Runs `tatu serve`. The exit code is 0 on success, 1 if an error occurred, and 2 if no scene could be opened.
 pub fn serve(args: &Serve) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     match start(args, &watchdog) {
@@ -62,8 +62,9 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes.allow, watchdog)?;
     let mut document = read(args, args.scene.as_deref(), None, &registry)?;
     if document.services.is_empty() {
-        return Err(Error::new("E404", "nothing could start this scene: no service was given")
-            .help("name one: `tatu serve SCENE --service jsonl`; `tatu open` serves a page"));
+        return Err(Error::new("E404", "no service was given, so no client could start this scene").help(
+            "add a service, such as `tatu serve SCENE --service jsonl`, or use `tatu open`, which serves a page",
+        ));
     }
     let session = Session::new(registry.clone(), &document.services)?;
     let interrupted = Arc::new(AtomicBool::new(false));
@@ -127,8 +128,8 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Reads a scene with the changes of the command line, and only the services named there. Files among `sources` are not
-/// read from disk.
+/// Reads a scene, and applies the changes and the services of the command line; services that the scene names are
+/// ignored. Files in `sources` are not read from disk.
 fn read(
     args: &Serve,
     scene: Option<&Path>,
@@ -184,7 +185,7 @@ fn live(
     (interrupted, log): (&AtomicBool, &mut Option<SessionLog>),
     mut starts: bool,
 ) -> Option<NextScene> {
-    // The input log is not requested here, and would grow without bound.
+    // Nobody reads this input log, and it would grow without bound.
     world.input_log_mut().keep(false);
     loop {
         let started = std::mem::take(&mut starts) || session.wait_for_start(world);
@@ -205,7 +206,7 @@ fn live(
     }
 }
 
-/// Runs from a start to a stop.
+/// Runs the simulation from a start to the next stop.
 fn run(args: &Serve, world: &World, (interrupted, log): (&AtomicBool, &mut Option<SessionLog>)) {
     world.start();
     let began = Instant::now();
@@ -241,7 +242,7 @@ impl SessionLog {
         world.input_log_mut().log_session();
         Ok(SessionLog(log))
     }
-    /// Writes the end, once.
+    /// Writes the end of the log; further calls do nothing.
     fn end(&mut self, world: &World) {
         let Some(log) = self.0.borrow_mut().take() else { return };
         if let Err(e) = log.end(world.steps(), true, &world.files_opened(), world.hash().total) {

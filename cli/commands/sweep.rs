@@ -24,10 +24,11 @@ use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
 use crate::{args::Sweep, report};
 
-/// A sweep of more jobs than this says how many there are before it starts.
+/// If a sweep has more jobs than this, their number is printed before it starts.
 const MANY_JOBS: usize = 10_000;
 
-/// Runs the jobs of a sweep that belong to this shard. The exit code is 0; 1 if a job failed; 2 if none could be run.
+/// Runs the jobs of a sweep that belong to this shard. The exit code is 0 on success, 1 if a job failed, and 2 if no
+/// job could be run.
 pub fn sweep(args: &Sweep) -> ExitCode {
     match run(args) {
         Ok(0) => ExitCode::SUCCESS,
@@ -42,7 +43,7 @@ pub fn sweep(args: &Sweep) -> ExitCode {
     }
 }
 
-/// Runs the jobs; returns the number of those that failed.
+/// Runs the jobs; returns the number of failed jobs.
 fn run(args: &Sweep) -> Result<usize> {
     let unreadable = |e| Error::new("E105", format!("cannot read {}: {e}", args.file.display()));
     let text = read_plain_text(&args.file, MOST_BYTES).map_err(unreadable)?;
@@ -63,7 +64,7 @@ fn run(args: &Sweep) -> Result<usize> {
     let host = hostname();
     let bar = report::progress(todo.len() as u64, "job", args.output.is_some());
     let (next, failed) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    // Rows are written in the order of the jobs, whichever thread ends first.
+    // Rows are written in the order of the jobs, regardless of which thread finishes first.
     let rows = Mutex::new((BTreeMap::new(), 0, &mut out, Ok(())));
     let threads = args.threads.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), usize::from);
     thread::scope(|scope| {
@@ -117,8 +118,9 @@ fn row_json(row: &Row, wall: f64, host: &str) -> Value {
 }
 
 fn not_a_row(path: &Path, line: usize) -> Error {
-    let text = format!("{}:{line}: this is not a row of a sweep, so nothing is appended", path.display());
-    Error::new("E102", text).expected("a new file, or one that an earlier sweep wrote")
+    let text =
+        format!("{}:{line}: the line is not a row of a sweep, so nothing is appended to the file", path.display());
+    Error::new("E102", text).expected("a new file, or a file that an earlier sweep wrote")
 }
 
 /// The destination of rows: a file to which rows are appended, or standard output.
@@ -151,8 +153,8 @@ impl Output {
         let file = OpenOptions::new().create(true).append(true).open(path).map_err(fail)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Error::new("E105", format!("{}: another sweep is writing this file", path.display()))
-                .expected("a file for each sweep that runs at the same time")
-                .help("with `--shard`, give each its own `--output`"));
+                .expected("a separate file for each sweep that runs at the same time")
+                .help("with `--shard`, use a different `--output` for each shard"));
         }
         let text = read_plain_text(path, u64::MAX).map_err(fail)?;
         // A sweep that was killed may have left an incomplete last line.
@@ -183,7 +185,7 @@ impl Output {
     fn write(&mut self, row: &Value) -> Result {
         match &mut self.file {
             None => report::out!("{row}"),
-            // Each row is written immediately, so that little is lost if the sweep is killed.
+            // Each row is flushed immediately, so that finished rows survive if the sweep is killed.
             Some((file, path)) => writeln!(file, "{row}")
                 .and_then(|()| file.flush())
                 .map_err(|e| Error::new("E105", format!("cannot write {}: {e}", path.display())))?,

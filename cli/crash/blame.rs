@@ -4,10 +4,6 @@ use std::{ffi::CStr, fs, path::Path};
 
 use tatu_core::plugins::watchdog::{Call, Stuck};
 
-/// Advice about a crash.
-pub const HELP: &str =
-    "output and trace up to this point are written; run it in a debugger, or report it to the author";
-
 /// The data that the signal handler recorded.
 pub struct Crash {
     pub signal: libc::c_int,
@@ -21,7 +17,7 @@ pub struct Crash {
     pub callers: Vec<usize>,
 }
 
-/// Distance from the stack pointer within which a fault counts as stack overflow, bytes.
+/// Maximum distance from the stack pointer, in bytes, at which a fault is reported as a stack overflow.
 pub const NEAR: usize = 1 << 20;
 
 /// Returns the message about a crash.
@@ -93,17 +89,18 @@ pub fn of_fork(call: &Stuck) -> String {
     )
 }
 
-/// Returns the callers of the crashed instruction, from the first one outside of system libraries: at most six lines.
+/// Describes the callers of the crashed instruction in at most six lines, starting with the first caller outside of
+/// system libraries.
 pub fn frames(crash: &Crash) -> Vec<String> {
     let own = std::env::current_exe().ok().and_then(|exe| Some(exe.file_name()?.to_string_lossy().into_owned()));
     let mut out = Vec::new();
     for (i, at) in crash.callers.iter().enumerate() {
-        // The address of a caller is that of the instruction after the call.
+        // A return address points to the instruction after the call.
         let Some((file, symbol)) = symbol_at(if i == 0 { *at } else { at - 1 }) else { continue };
         let name = Path::new(&file).file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         if Some(&name) == own.as_ref() {
-            // Frames of the program itself: at the top they belong to the handler, below a plugin's frames they end the
-            // list.
+            // The program's own frames at the top belong to the handler and are skipped; those below a plugin's frames
+            // end the list.
             if out.is_empty() { continue } else { break }
         }
         if out.is_empty() && !name.contains("tatu_") {
@@ -121,7 +118,7 @@ pub fn frames(crash: &Crash) -> Vec<String> {
 /// file.
 fn symbol_at(address: usize) -> Option<(String, String)> {
     // SAFETY: `dladdr` accepts any address. It fills `about` if it succeeds, which is checked; the strings that it
-    // points to belong to the library and stay valid, since libraries are never closed.
+    // points to belong to the library and remain valid, because libraries are never closed.
     unsafe {
         let mut about: libc::Dl_info = std::mem::zeroed();
         if libc::dladdr(address as *const libc::c_void, &raw mut about) == 0 || about.dli_fname.is_null() {
@@ -151,7 +148,7 @@ fn place(call: &Stuck) -> String {
     if *call == Call::Load.text() {
         return format!("while the library {plugin} was loaded, in one of its constructors");
     }
-    // A plugin that was just opened is known by its file only.
+    // The id of a plugin that was just opened is not yet known, only its file.
     let (id, file) = plugin
         .split_once(" (")
         .map_or((plugin.as_str(), String::new()), |(id, f)| (id, format!(", {}", f.trim_end_matches(')'))));
@@ -164,7 +161,7 @@ fn place(call: &Stuck) -> String {
     format!("in `{call}`{what} of plugin `{id}`{file}{whom}{more}")
 }
 
-/// Describes where a thread without a plugin call was, as far as the instruction shows.
+/// Describes the location of a crash outside of plugin calls, derived from the file that contains the instruction.
 fn outside(file: &str, thread: i32) -> String {
     let name = Path::new(file).file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
     let own = std::env::current_exe().is_ok_and(|exe| exe == Path::new(file));
@@ -179,7 +176,7 @@ fn outside(file: &str, thread: i32) -> String {
         let name = name_of(thread);
         return format!("in the thread `{name}`, outside of any call into a plugin; the thread may belong to a plugin");
     }
-    "outside of any plugin: a fault of the program itself, unless a plugin has damaged its memory before".to_owned()
+    "outside of any plugin: this is a fault of the program itself, unless a plugin has corrupted its memory".to_owned()
 }
 
 /// Returns the file that is mapped at an address. `dladdr` could block on the loader's lock, which the crashed thread

@@ -1,9 +1,9 @@
 //! Handles faults that end the process: a crash, or a plugin that calls `exit`. Reports the plugin, its function and
-//! the instance, and writes the output and trace so far.
+//! the object, and writes the output and trace so far.
 //!
-//! A crash is handled in a signal handler, where almost nothing is allowed. So the handler only records data, wakes a
-//! dedicated thread, and waits for it for a limited time; then the process ends by the same signal, for shells,
-//! debuggers and core files. `blame` writes the message.
+//! A crash is handled in a signal handler, which must call only async-signal-safe functions. Therefore the handler only
+//! records data, wakes a dedicated thread, and waits for it for a limited time. Then the process ends by the same
+//! signal, as shells and debuggers expect, and so that a core file is written. `blame` composes the message.
 //!
 //! Native stack overflow is detected because every thread of the program has an alternate signal stack: Rust's standard
 //! library creates one for each thread that it starts. Threads started by plugins in other ways have none; an overflow
@@ -34,10 +34,13 @@ use tatu_core::{
 };
 
 use self::blame::Crash;
-use crate::watchdog::{self, leave};
+use crate::{
+    report::CRASH_HELP,
+    watchdog::{self, leave},
+};
 
-/// Processor faults and `abort`; then signals that end a process silently, which only a plugin or another process can
-/// cause. Ctrl-C and SIGTERM have separate handlers.
+/// Handled signals: processor faults and `abort`, followed by signals that end a process silently and that only a
+/// plugin or another process can cause. Ctrl-C and SIGTERM have separate handlers.
 const SIGNALS: [c_int; 15] = [
     libc::SIGSEGV,
     libc::SIGBUS,
@@ -57,12 +60,12 @@ const SIGNALS: [c_int; 15] = [
 ];
 /// Signals for which the system reports an address.
 const FAULTS: [c_int; 4] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL];
-/// Most callers of the crashed instruction that are recorded.
+/// Maximum number of recorded callers of the crashed instruction.
 const FRAMES: usize = 24;
-/// How long the handler waits for the report: the number of intervals, and their length.
+/// Number and length (ns) of the intervals in which the handler waits for the report.
 const PARTS: u32 = 300;
 const PART_NS: libc::c_long = 10_000_000;
-/// How long the end of the process waits for a crash on another thread to be reported.
+/// Maximum time for which a process that exits waits while a crash on another thread is reported.
 const LONGEST: Duration = Duration::from_secs(4);
 /// Size of the alternate signal stack for a thread that has none, bytes.
 const STACK: usize = 64 << 10;
@@ -71,7 +74,7 @@ const STACK: usize = 64 << 10;
 static PROCESS: AtomicI32 = AtomicI32::new(0);
 /// The write end of the pipe by which the handler wakes the reporting thread.
 static WAKE: AtomicI32 = AtomicI32::new(-1);
-/// Set by the first thread that crashes or calls `exit`, which alone is reported.
+/// Set by the first thread that crashes or calls `exit`. Only this thread is reported.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 /// Set when the report is complete.
 static TOLD: AtomicBool = AtomicBool::new(false);
@@ -97,7 +100,7 @@ fn thread_id() -> c_int {
     unsafe { libc::syscall(libc::SYS_gettid) as c_int }
 }
 
-/// Installs the handlers. If that fails, crashes are not reported, which is the only consequence.
+/// Installs the handlers. If this fails, crashes are not reported, but the program runs normally.
 pub fn listen() {
     let mut ends = [0; 2];
     // SAFETY: `ends` has room for the two file descriptors that `pipe2` writes.
@@ -109,7 +112,7 @@ pub fn listen() {
     PROCESS.store(std::process::id().cast_signed(), Relaxed);
     let (ready, waits) = mpsc::channel();
     let run = move || wait(read, &ready);
-    // A starting thread takes locks of the loader, which a crash in a constructor would hold; so wait until it runs.
+    // Wait until the thread runs: starting it requires locks of the loader, which a crashing constructor would hold.
     if std::thread::Builder::new().name("crashes".into()).spawn(run).is_err() || waits.recv().is_err() {
         return;
     }
@@ -127,7 +130,7 @@ pub fn listen() {
         for signal in SIGNALS {
             let mut before: libc::sigaction = std::mem::zeroed();
             libc::sigaction(signal, std::ptr::null(), &raw mut before);
-            // Signals that the parent process set to be ignored stay ignored.
+            // Signals that the parent process has set to be ignored remain ignored.
             if before.sa_sigaction != libc::SIG_IGN {
                 libc::sigaction(signal, &raw const action, std::ptr::null_mut());
             }
@@ -189,7 +192,7 @@ extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_
     }
 }
 
-/// Records the data that only this thread has.
+/// Records the data that is available only on this thread.
 ///
 /// # Safety
 /// `info` and `context` must be those that the system passed to the handler.
@@ -214,7 +217,7 @@ unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
     }
 }
 
-/// Records the callers, after everything else was handed over: a crash here does not affect that report.
+/// Records the callers. This is done after all other data was handed over, so that a crash here does not affect it.
 ///
 /// # Safety
 /// Must be called in the handler, after `note`.
@@ -283,11 +286,11 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
     };
     let mut fault = Fault::new(FaultKind::Crash, blame::of_crash(&crash));
     if crash.sender == 0 || crash.sender == PROCESS.load(Relaxed) {
-        fault.help = Some(blame::HELP.to_owned());
+        fault.help = Some(CRASH_HELP.to_owned());
     }
     tell(fault, crash.call.as_ref());
-    // The report is written. The rest may block or crash without loss, if the crashed thread holds a lock or has
-    // damaged memory.
+    // The report has been written. The rest may block or crash if the crashed thread holds a lock or has corrupted
+    // memory, but then nothing essential is lost.
     for _ in 0..50 {
         if NOTED.load(Acquire) {
             crash.callers = CALLERS.iter().map(|c| c.load(Relaxed)).take_while(|c| *c != 0).collect();
@@ -341,20 +344,21 @@ fn write_line(line: &str) {
     unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len()) };
 }
 
-/// Called after a fork in the parent process: within a plugin's call it is the plugin's fault.
+/// Called in the parent process after a fork. A fork during a plugin call is reported as the plugin's fault.
 extern "C" fn forked() {
     if let Some(call) = running(here()) {
         write_line(&format!("warning: {}\n", blame::of_fork(&call)));
     }
 }
 
-/// Called after a fork in the child, which has one thread and no world, and must not return from the plugin's call.
+/// Called in the child process after a fork. The child has a single thread and no world, and must not return from the
+/// plugin call.
 extern "C" fn is_child() {
     guard::this_is_a_child();
 }
 
-/// Ends the program, with a time limit for exit handlers of libraries: they cannot be cancelled, and belong to no call
-/// that could be named.
+/// Ends the program, with a time limit for exit handlers of libraries. Such handlers cannot be cancelled, and no plugin
+/// call is running to which they could be attributed.
 pub fn end(code: ExitCode) -> ExitCode {
     let failed = code != ExitCode::SUCCESS;
     let late = move || {
@@ -372,7 +376,7 @@ pub fn end(code: ExitCode) -> ExitCode {
     code
 }
 
-/// Called at the end of the process, on the thread that ends it: within a plugin's call it is the plugin's fault.
+/// Called when the process exits, on the thread that ends it. An exit during a plugin call is the plugin's fault.
 extern "C" fn exited() {
     // SAFETY: both functions have no preconditions.
     let (process, thread) = unsafe { (libc::getpid(), thread_id()) };
@@ -380,11 +384,11 @@ extern "C" fn exited() {
         return;
     }
     let call = running(here());
-    // The program itself ends on its main thread.
+    // A regular exit of the program happens on its main thread.
     let in_order = call.is_none() && thread == process;
     let taken = if in_order { TAKEN.load(Acquire) } else { TAKEN.swap(true, Acquire) };
     if taken {
-        // Another thread has crashed, and ends the process after its report.
+        // Another thread has crashed, and ends the process once its crash has been reported.
         std::thread::sleep(LONGEST);
     }
     if in_order || taken {

@@ -35,7 +35,7 @@ pub enum Lang {
     Rust,
 }
 
-/// The type of extension that a plugin provides.
+/// The kind of extension that a plugin provides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Kind {
     /// Functions for scripts, remote clients and other plugins.
@@ -59,7 +59,7 @@ pub fn word(value: impl ValueEnum) -> String {
     value.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default()
 }
 
-/// Creates the error for a folder that was not created.
+/// Returns an error that explains why the new folder is not created.
 pub fn refused(text: impl Into<String>) -> Error {
     Error::new("E610", text)
 }

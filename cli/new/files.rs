@@ -14,7 +14,7 @@ use super::{
 };
 use crate::report;
 
-/// The files of a new folder, each with its path relative to it.
+/// The files of a new folder, each with its path relative to that folder.
 pub struct Files {
     folder: PathBuf,
     name: String,
@@ -36,7 +36,7 @@ impl Files {
     pub fn name(&self) -> &str {
         &self.name
     }
-    /// Adds a file of a template, replacing the template's name `own` in its path and its text.
+    /// Adds a file of a template, and replaces the template's name `own` in its path and its text by the new name.
     pub fn put(&mut self, path: &str, text: &str, own: &str) {
         self.add(&name::put(path, own, &self.name), &name::put(text, own, &self.name));
     }

@@ -4,7 +4,7 @@ use tatu_core::errors::Result;
 
 use super::choice::refused;
 
-/// Names that scripts cannot redefine: Lua's keywords, and tables that exist in every script.
+/// Names that are reserved in scripts: Lua's keywords, and tables that exist in every script.
 #[rustfmt::skip]
 const TAKEN: [&str; 36] = [
     "and", "break", "do", "else", "elseif", "end", "false", "for", "function", "goto", "if", "in", "local", "nil", "not",
@@ -29,9 +29,8 @@ pub fn check(name: &str) -> Result {
         });
     }
     if name.len() > LONGEST {
-        return Err(
-            refused(format!("the name is too long: {} letters", name.len())).expected(format!("at most {LONGEST}"))
-        );
+        return Err(refused(format!("the name is too long: {} characters", name.len()))
+            .expected(format!("at most {LONGEST} characters")));
     }
     if TAKEN.contains(&name) {
         return Err(refused(format!("the name `{name}` is reserved in scripts"))
@@ -40,13 +39,13 @@ pub fn check(name: &str) -> Result {
     Ok(())
 }
 
-/// Returns the valid name that was probably intended, or an empty string if there is none.
+/// Returns a valid name that resembles `name`, or an empty string if there is no such name.
 fn better(name: &str) -> String {
     let mut out = String::new();
     for c in name.chars() {
         match c {
             c if c.is_ascii_alphanumeric() => {
-                // `MyRobot` is `my_robot`.
+                // `MyRobot` becomes `my_robot`.
                 if c.is_ascii_uppercase() && out.ends_with(|b: char| b.is_ascii_lowercase()) {
                     out.push('_');
                 }
@@ -59,7 +58,7 @@ fn better(name: &str) -> String {
     out.trim_start_matches(|c: char| !c.is_ascii_lowercase()).trim_end_matches('_').to_owned()
 }
 
-/// Replaces the template's name `own` in a text by `name`, in snake case and in camel case.
+/// Replaces the template's name `own` in a text with `name`, both in snake case and in camel case.
 pub fn put(text: &str, own: &str, name: &str) -> String {
     text.replace(own, name).replace(&camel(own), &camel(name))
 }

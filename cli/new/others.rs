@@ -16,7 +16,7 @@ pub fn robot(named: &Named) -> Result {
     make(named, "robot", "my_robot", &["tatu run FOLDER/scene.toml"])
 }
 
-/// Writes the files of a template, and prints what to do next.
+/// Writes the files of a template, and prints the commands `next`, in which FOLDER and NAME are replaced.
 fn make(named: &Named, template: &str, own: &str, next: &[&str]) -> Result {
     let mut files = Files::new(named)?;
     for (path, text) in sdk::template(template) {

@@ -18,7 +18,10 @@ pub fn plugin(args: &Plugin) -> Result {
     if sdk::template(&folder).next().is_none() {
         return Err(refused(format!("there is no template for a {} in C++", word(kind)))
             .expected("`command` or `sensor` in C++; all kinds in C and Rust")
-            .help("use C (`--lang c`), or add its tables to a C++ plugin: see `other_extension` in tatu/plugin.hpp"));
+            .help(
+                "use C (`--lang c`), or add the C tables of this kind to a C++ plugin: see `other_extension` in \
+                 tatu/plugin.hpp",
+            ));
     }
     for (path, text) in sdk::template(&folder) {
         files.put(path, text, OWN);

@@ -4,10 +4,10 @@ use super::choice::Lang;
 
 include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
 
-/// The version of Tatu from which the embedded files are.
+/// The version of Tatu to which the embedded files belong.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Returns the files of a template, as path in its folder and text.
+/// Returns the files of a template, each as its path in the template folder and its contents.
 pub fn template(folder: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
     let of = move |(path, text): &(&'static str, &'static str)| {
         let name = path.split_once('/').filter(|(f, _)| *f == folder)?.1;
@@ -21,7 +21,7 @@ pub fn common(name: &str) -> &'static str {
     template("project").find(|(n, _)| *n == name).map_or("", |(_, text)| text)
 }
 
-/// Returns the files of a project's folder `sdk`, as path in the project and text.
+/// Returns the files of a project's folder `sdk`, each as its path in the project and its contents.
 pub fn files(lang: Lang) -> Vec<(String, String)> {
     let headers = HEADERS.iter().map(|(path, text)| (format!("sdk/include/{path}"), (*text).to_owned()));
     let mut all: Vec<_> = headers.collect();

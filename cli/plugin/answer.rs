@@ -1,4 +1,4 @@
-//! Finds the files that a name refers to, and states whether one is loaded, or why not.
+//! Finds the files that a name refers to, and determines which of them is loaded, or why none is.
 
 use std::path::{Path, PathBuf};
 
@@ -18,11 +18,12 @@ pub struct Answer {
     pub folders: Vec<Folder>,
     /// The files that match, in search order, each with the file that hides it.
     pub files: Vec<(Examined, Option<PathBuf>)>,
-    /// The index of the file that is loaded; or why none is, with the file to which the reason applies.
+    /// The index in `files` of the file that is loaded, or the reason that no file is loaded, with the file to which
+    /// the reason applies, if any.
     pub verdict: Result<usize, (Option<PathBuf>, Reason)>,
 }
 
-/// Explains a file given by its path.
+/// Determines whether the file at a path is loaded.
 pub fn of_file(file: &Path, folders: Vec<Folder>, examiner: &mut Examiner) -> Answer {
     let what = file.display().to_string();
     let mut examined = examiner.examine(file);
@@ -37,7 +38,7 @@ pub fn of_file(file: &Path, folders: Vec<Folder>, examiner: &mut Examiner) -> An
     Answer { what, folders, files: vec![(examined, hidden)], verdict }
 }
 
-/// Returns the file that hides a file, and why the file is not loaded.
+/// Returns the file that hides a file, if any, and the reason that the file is not loaded, if it is not.
 pub fn judge(examined: &Examined, folders: &[Folder], examiner: &mut Examiner) -> (Option<PathBuf>, Option<Reason>) {
     let file = &examined.file;
     if let Some(reason) = &examined.reason {
@@ -66,11 +67,15 @@ pub fn judge(examined: &Examined, folders: &[Folder], examiner: &mut Examiner) -
 
 /// Returns the reason that a file is never opened because of its name.
 pub fn misnamed(file: &Path) -> Reason {
-    let text = format!("its name {} is not a plugin's: only {} is opened", names::name(file), names::form());
+    let text = format!(
+        "its name {} is not that of a plugin: only files named {} are opened",
+        names::name(file),
+        names::form()
+    );
     Reason::new("wrong-name", text, format!("rename it to {}", names::should_be(file)))
 }
 
-/// Returns the reason that a valid file is not found in its folder.
+/// Returns the reason that a valid file is not found, given that its folder is not searched.
 fn elsewhere(file: &Path, folders: &[Folder]) -> Reason {
     let built = folders.iter().find(|f| f.others.iter().any(|o| same_entry(o, file)));
     let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -85,7 +90,7 @@ fn elsewhere(file: &Path, folders: &[Folder]) -> Reason {
     }
 }
 
-/// Returns advice on how to make a valid file be found.
+/// Returns advice on how to make the search find a valid file.
 fn find_it(folder: &Path, file: &Path) -> String {
     let (folder, file) = (folder.display(), file.display());
     format!("set TATU_PLUGIN_PATH={folder}, or install it: `tatu plugin install {file}`")
@@ -107,7 +112,7 @@ fn nearest_file(file: &Path, reason: &mut Reason) {
     }
 }
 
-/// Explains a plugin given by its name or id.
+/// Determines which file is loaded for a plugin given by its name or id.
 pub fn of_name(text: &str, folders: Vec<Folder>, examiner: &mut Examiner) -> Answer {
     let wanted = Wanted::new(text);
     let all: Vec<PathBuf> = folders.iter().flat_map(|f| f.candidates.clone()).collect();
@@ -115,7 +120,7 @@ pub fn of_name(text: &str, folders: Vec<Folder>, examiner: &mut Examiner) -> Ans
         true => all.iter().map(|f| examiner.id(f)).collect(),
         false => vec![None; all.len()],
     };
-    // If a file has this id, match by id, otherwise by name. An id does not match files with a different id.
+    // Match by id if a file has this id, otherwise by name. An id never matches files with a different id.
     let is_id = ids.iter().flatten().any(|id| id == text);
     let is_meant = |(i, f): &(usize, &PathBuf)| match (&ids[*i], is_id) {
         (id, true) => id.as_deref() == Some(text),
@@ -123,11 +128,11 @@ pub fn of_name(text: &str, folders: Vec<Folder>, examiner: &mut Examiner) -> Ans
         (_, false) => wanted.is_meant_by(f),
     };
     let meant: Vec<PathBuf> = all.iter().enumerate().filter(is_meant).map(|(_, f)| f.clone()).collect();
-    // A file in the working folder, which is not searched.
+    // The text may also be the path of a file in the working folder, which is not searched.
     if meant.is_empty() && !Wanted::is_id(text) && Path::new(text).is_file() {
         return of_file(Path::new(text), folders, examiner);
     }
-    // Files that are never opened, but are most likely meant.
+    // Look among the files that are never opened for those that were most likely meant.
     let opens = |folder: &Folder, f: &Path| folder.source != Source::Built || names::is_right(f);
     let others = folders.iter().flat_map(|folder| folder.others.iter().filter(move |f| opens(folder, f)));
     let others = others.filter(|f| wanted.is_meant_by(f) && !f.is_dir());
@@ -151,7 +156,7 @@ pub fn of_name(text: &str, folders: Vec<Folder>, examiner: &mut Examiner) -> Ans
     Answer { what: text.to_owned(), folders, files, verdict }
 }
 
-/// Returns the reason that nothing was found, with the most likely mistake.
+/// Returns the reason that nothing was found, and advice about the most likely mistake.
 fn nowhere(wanted: &Wanted, folders: &[Folder], ids: &[&str]) -> Reason {
     let file = wanted.file();
     let text = match Wanted::is_id(&wanted.text) {
@@ -179,7 +184,7 @@ fn nowhere(wanted: &Wanted, folders: &[Folder], ids: &[&str]) -> Reason {
     let usual = ["", "build", "target/release", "target/debug"].map(PathBuf::from);
     if let Some(lost) = below.chain(usual).map(|f| f.join(&file)).find(|f| f.is_file()) {
         let folder = lost.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let text = format!("{text}; there is one in {}", folder.display());
+        let text = format!("{text}; there is a file of this name in {}, which is not searched", folder.display());
         return reason("other-folder", text, find_it(folder, &lost));
     }
     let all = folders.iter().flat_map(|f| f.candidates.iter()).map(PathBuf::as_path);

@@ -11,10 +11,10 @@ use super::{names, reason::Reason};
 
 /// Maximum unpacked size of an archive, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
-/// Maximum number of files and folders in an archive.
+/// Maximum number of entries, that is files and folders, in an archive.
 const MOST_ENTRIES: usize = 10_000;
 
-const HELP: &str = "pack plain files with relative names: `tar czf hello.tar.gz libtatu_hello.so`";
+const HELP: &str = "pack regular files with relative names: `tar czf hello.tar.gz libtatu_hello.so`";
 
 /// The format of an archive, recognized by its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,9 +26,9 @@ pub enum Format {
 
 /// A library that was unpacked from an archive.
 pub struct Unpacked {
-    /// Its name in the archive.
+    /// The library's name in the archive.
     pub name: String,
-    /// Its path after unpacking.
+    /// The library's path after unpacking.
     pub file: PathBuf,
 }
 
@@ -68,7 +68,7 @@ fn damaged(e: &dyn std::fmt::Display) -> Reason {
 }
 
 fn too_large() -> Reason {
-    let text = format!("it unpacks to more than {} MiB or {MOST_ENTRIES} files", MOST_BYTES >> 20);
+    let text = format!("it unpacks to more than {} MiB, or has more than {MOST_ENTRIES} entries", MOST_BYTES >> 20);
     Reason::new("too-large", text, "pack only the library of the plugin")
 }
 
@@ -95,13 +95,13 @@ impl Target<'_> {
         self.entries += 1;
         self.left = self.left.checked_sub(size).filter(|_| self.entries <= MOST_ENTRIES).ok_or_else(too_large)?;
         if let Some(why) = leads_out(name) {
-            let text = format!("it holds `{shown}`, {why}");
+            let text = format!("it contains `{shown}`, {why}");
             return Err(Reason::new("archive-path", text, HELP));
         }
         match sort {
             Sort::Folder => return Ok(()),
             Sort::Other(what) => {
-                let text = format!("it holds `{shown}`, which is {what}, not a plain file");
+                let text = format!("it contains `{shown}`, which is {what}, not a regular file");
                 return Err(Reason::new("archive-link", text, HELP));
             }
             Sort::File => {}
@@ -110,16 +110,16 @@ impl Target<'_> {
         if !names::is_right(Path::new(last)) {
             return Ok(());
         }
-        // Each library gets its own folder, since two may have the same name.
+        // Each library gets a separate folder, because two libraries can have the same name.
         let folder = self.into.join(self.out.len().to_string());
         let file = folder.join(last);
         let mut write = || -> io::Result<u64> {
             fs::create_dir_all(&folder)?;
             io::copy(&mut data.take(size.saturating_add(1)), &mut File::create_new(&file)?)
         };
-        // The data may be longer than the size that the archive states.
+        // The data can be longer than the size that the archive declares.
         if write().map_err(|e| damaged(&e))? > size {
-            return Err(damaged(&format!("`{shown}` is longer than stated")));
+            return Err(damaged(&format!("`{shown}` is longer than the {size} bytes that the archive declares")));
         }
         self.out.push(Unpacked { name: shown, file });
         Ok(())
@@ -168,7 +168,7 @@ fn zip(data: File, target: &mut Target<'_>) -> Result<(), Reason> {
     let mut archive = zip::ZipArchive::new(data).map_err(|e| damaged(&e))?;
     for i in 0..archive.len() {
         let mut entry = archive.by_index(i).map_err(|e| damaged(&e))?;
-        // The file type as Unix stores it; other systems store none.
+        // Archives written on Unix store the file type in these bits; for others they are 0.
         let sort = match entry.unix_mode().unwrap_or(0) & 0o170_000 {
             0 | 0o100_000 if entry.is_dir() => Sort::Folder,
             0 | 0o100_000 => Sort::File,
@@ -184,7 +184,7 @@ fn zip(data: File, target: &mut Target<'_>) -> Result<(), Reason> {
     Ok(())
 }
 
-/// A reader that fails after a maximum number of bytes, which limits how far a small archive can expand.
+/// A reader that fails after `left` bytes, to limit how far a small archive can expand.
 struct Limited<R> {
     from: R,
     left: u64,

@@ -1,8 +1,8 @@
-//! Copies and removes a plugin's folder of assets, which is next to its library.
+//! Copies and removes a plugin's folder of assets, which is beside the plugin's library.
 
 use std::{fs, io, path::Path};
 
-/// Maximum nesting depth of a folder of assets. A link to a folder above would nest endlessly.
+/// Maximum nesting depth of a folder of assets: a symbolic link to a parent folder would recurse without end.
 const DEEPEST: usize = 16;
 
 /// Replaces the folder `to` by a copy of the folder `from`. The copy is made under a temporary name and then renamed.

@@ -23,7 +23,8 @@ pub struct Build {
     pub folder: PathBuf,
 }
 
-/// Runs the command. The exit code is 0, or 1 if the compiler failed, whose messages are passed through.
+/// Runs the command. The exit code is 0 on success, or 1 if the compiler failed. The compiler's messages are passed
+/// through.
 pub fn build(args: &Build) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
     Ok(match make(&project)? {
@@ -47,7 +48,7 @@ pub fn make(project: &Project) -> Result<bool> {
     Ok(built)
 }
 
-/// Compiles all sources of the folder in one call of the compiler, which the variables CC and CXX can set.
+/// Compiles all sources of the folder in one call of the compiler; the variables CC and CXX select another compiler.
 fn compile(project: &Project) -> Result<bool> {
     let (variable, default, suffixes, standard): (_, _, &[&str], _) = match project.lang {
         Lang::C => ("CC", "cc", &["c"], "-std=c11"),
@@ -90,7 +91,7 @@ fn cargo(project: &Project) -> Result<bool> {
         let new = project.build().join("new");
         fs::copy(&made, &new).map_err(|e| {
             failed(format!("cannot copy {}: {e}", made.display())).help(format!(
-                "is the package in Cargo.toml called `tatu-{}`, and its crate-type \"cdylib\"?",
+                "check that the package in Cargo.toml is named `tatu-{}`, and that its crate-type is \"cdylib\"",
                 project.name
             ))
         })?;
@@ -109,13 +110,13 @@ fn sources(folder: &Path, suffixes: &[&str]) -> Result<Vec<PathBuf>> {
     let mut all: Vec<PathBuf> = read.flatten().map(|e| e.path()).filter(is_source).collect();
     all.sort();
     if all.is_empty() {
-        return Err(failed(format!("there is no source in {}", folder.display()))
+        return Err(failed(format!("there are no source files in {}", folder.display()))
             .expected(format!("files that end with .{}", suffixes.join(", ."))));
     }
     Ok(all)
 }
 
-/// Data for the error about a missing compiler.
+/// What the error about a missing compiler contains.
 struct Missing<'a> {
     program: &'a OsString,
     variable: &'a str,
@@ -130,7 +131,7 @@ fn run(command: &mut Command, missing: &Missing<'_>) -> Result<bool> {
         Ok(status) => Ok(status.success()),
         Err(e) if e.kind() == ErrorKind::NotFound => {
             Err(failed(format!("there is no `{}`", missing.program.display())).help(format!(
-                "install {}, or set the environment variable {} to the one that you have",
+                "install {}, or set the environment variable {} to the program to use instead",
                 missing.needs, missing.variable
             )))
         }
@@ -148,7 +149,7 @@ fn put(new: &Path, library: &Path) -> Result {
     fs::rename(new, library).map_err(|e| failed(format!("cannot write {}: {e}", library.display())))
 }
 
-/// Copies the project's folder `assets/` next to its library, where the plugin looks for it.
+/// Copies the project's folder `assets/` to the location beside its library where the plugin searches for it.
 fn put_assets(project: &Project) -> Result {
     let from = project.folder.join("assets");
     match assets_folder(&project.library()) {

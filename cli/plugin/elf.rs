@@ -20,11 +20,11 @@ pub enum Sort {
     Object,
 }
 
-/// The properties of a library that its file shows.
+/// The properties of a library that can be read from its file.
 pub struct Elf {
     pub sort: Sort,
     pub soname: Option<String>,
-    /// The libraries that it is linked with.
+    /// The names of the libraries that the library is linked with.
     pub needed: Vec<String>,
     /// The folders in which these are searched: for this library and everything it needs (`rpath`), or for this library
     /// only (`runpath`).
@@ -34,11 +34,12 @@ pub struct Elf {
     pub exports: HashSet<String>,
     /// The symbols that other libraries must provide.
     pub uses: Vec<String>,
-    /// The symbol versions that it defines; and those that it requires from other libraries, as library and version.
+    /// The symbol versions that the library defines, and those that it requires from other libraries, each as library
+    /// and version.
     pub versions: BTreeSet<String>,
     pub needs_versions: Vec<(String, String)>,
     pub entry: Entry,
-    /// The draft numbers of the extensions that it names.
+    /// The draft numbers of the extensions that the library names.
     pub drafts: BTreeSet<u32>,
 }
 
@@ -57,7 +58,7 @@ pub enum Entry {
     Absent,
 }
 
-/// The contents of the descriptor, as far as the file shows them.
+/// The contents of the descriptor, as far as they can be read from the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Descriptor {
     pub size: u32,
@@ -130,7 +131,7 @@ fn read_versions(file: &File<'_>, out: &mut Elf) {
         && let Ok(strings) = sections.strings(e, data, link)
     {
         while let Ok(Some((_, mut names))) = all.next() {
-            // The first name is that of the version itself; the others are its predecessors.
+            // The first name is the version itself; the others are its predecessors.
             if let Ok(Some(name)) = names.next() {
                 out.versions.extend(name.name(e, strings).ok().map(text));
             }
@@ -199,7 +200,7 @@ fn at(file: &File<'_>, address: u64, length: usize) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// Returns the descriptor at an address, or `None` if the file does not show it.
+/// Returns the descriptor at an address, or `None` if the file does not contain it.
 fn descriptor(file: &File<'_>, address: u64) -> Option<Descriptor> {
     let number = |offset: usize, length: usize| {
         let bytes = at(file, address.checked_add(offset as u64)?, length)?;

@@ -35,12 +35,12 @@ pub struct Examined {
     /// The targets of symbolic links, in the order in which they are followed.
     pub links: Vec<PathBuf>,
     pub descriptor: Option<Descriptor>,
-    /// The drafts of the plugin interface that it names.
+    /// The drafts of the plugin interface that the library names.
     pub drafts: Vec<u32>,
     pub needs: Vec<Need>,
-    /// The result of opening it in a separate process, if it was opened.
+    /// The result of opening the file in a separate process, if it was opened.
     pub report: Option<Report>,
-    /// Why it cannot be loaded.
+    /// The reason that the file cannot be loaded, if any.
     pub reason: Option<Reason>,
 }
 
@@ -95,12 +95,13 @@ impl Examiner {
         out
     }
 
-    /// Returns the id that a file states; opens the file only where libraries cannot be read.
+    /// Returns the id in a file's descriptor. Opens the file only on systems where libraries cannot be read.
     pub fn id(&mut self, file: &Path) -> Option<String> {
         if READS { self.read(file).descriptor?.id } else { self.examine(file).id() }
     }
 
-    /// Returns the first file in the search order that has the same id and can be loaded, and so hides this one.
+    /// Returns the first file in the search order that has the same id and can be loaded, and that therefore hides this
+    /// file.
     pub fn hidden_by(&mut self, file: &Path, id: &str, folders: &[Folder]) -> Option<PathBuf> {
         for other in folders.iter().flat_map(|f| &f.candidates) {
             // The file itself, or a link to it, does not hide it.
@@ -136,7 +137,7 @@ impl Examined {
         let loaded = self.report.as_ref().and_then(|r| r.plugin.as_ref()).map(|p| p.abi);
         loaded.or_else(|| self.descriptor.as_ref().filter(|d| d.size >= 8).map(|d| d.abi))
     }
-    /// Returns why nothing of a plugin is used although it can be loaded.
+    /// Returns the reason that nothing of a plugin is used, although it can be loaded.
     pub fn useless(&self) -> Option<Reason> {
         let report = self.report.as_ref().filter(|r| r.offers.is_empty())?;
         let remark = report.remarks.iter().find(|r| r.code != "E321" && r.code != "E323")?;
@@ -194,9 +195,9 @@ fn other_processor(file: &Path) -> Option<Reason> {
     };
     let text = match (header[4], header[5]) {
         (_, 2) => "it is built for a processor with a different byte order (big-endian)".to_owned(),
-        (1, _) if machine == own => "it is built for 32 bit, and this program has 64 bit".to_owned(),
-        _ if machine != own => format!("it is built for {}, and this program runs on {}", name(machine), name(own)),
-        (1, _) => "it is built for 32 bit, and this program has 64 bit".to_owned(),
+        (1, _) if machine == own => "it is a 32-bit library, but this is a 64-bit program".to_owned(),
+        _ if machine != own => format!("it is built for {}, but this program runs on {}", name(machine), name(own)),
+        (1, _) => "it is a 32-bit library, but this is a 64-bit program".to_owned(),
         _ => return None,
     };
     Some(Reason::new("other-processor", text, "build it for this processor, or get the author's build for it"))
@@ -258,7 +259,7 @@ fn absent(elf: &Elf) -> Reason {
         return Reason::new("no-entry", text, format!("rename the constant to `{SYMBOL}`"));
     }
     let text = match names.as_slice() {
-        [] => format!("it exports nothing, and so no `{SYMBOL}`"),
+        [] => format!("it exports no symbols, and therefore no `{SYMBOL}`"),
         names => format!("it exports no `{SYMBOL}`, but {}", some(names, 3)),
     };
     let help = "a plugin exports a `tatu_plugin_t` of that name: compile the file that defines it into the library; \
@@ -279,7 +280,7 @@ fn unusable(d: &Descriptor) -> Option<Reason> {
     }
     (d.abi.0 != TATU_ABI_MAJOR).then(|| {
         let (major, minor) = d.abi;
-        let text = format!("it was built for ABI {major}.{minor}, this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}");
+        let text = format!("it was built for ABI {major}.{minor}, but this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}");
         Reason::new("other-abi", text, "rebuild it against this release's plugin-api")
     })
 }

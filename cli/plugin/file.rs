@@ -15,7 +15,7 @@ const BEGINNING: u64 = 512;
 
 const AGAIN: &str = "build or copy it again";
 
-/// Returns the targets of the links at a path, in order, and the reason if they lead nowhere.
+/// Returns the targets of the links at a path, in order, and the reason that they do not refer to a file, if any.
 pub fn links(file: &Path) -> (Vec<PathBuf>, Option<Reason>) {
     let mut chain: Vec<PathBuf> = Vec::new();
     let mut at = file.to_owned();
@@ -68,7 +68,7 @@ fn unreadable(file: &Path, e: &std::io::Error) -> Reason {
         ErrorKind::NotFound => Reason::new("no-such-file", "there is no such file", "check the path"),
         ErrorKind::PermissionDenied => {
             let help = format!("make it readable: `chmod a+r {}`; its folders need `a+rx`", file.display());
-            Reason::new("unreadable", "you may not read it: permission denied", help)
+            Reason::new("unreadable", "it cannot be read: permission denied", help)
         }
         _ => Reason::new("unreadable", format!("it cannot be read: {e}"), AGAIN),
     }
@@ -165,7 +165,7 @@ fn format_of(bytes: &[u8], file: &Path) -> Option<Reason> {
     // Systems that share the ELF format are distinguished by the loader.
     (of != here).then(|| {
         let help = format!("build it on {here}, or get the author's build for {here}");
-        Reason::new("other-system", format!("it is a library for {of}, and this is {here}"), help)
+        Reason::new("other-system", format!("it is a library for {of}, but this is {here}"), help)
     })
 }
 

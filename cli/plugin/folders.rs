@@ -71,7 +71,7 @@ fn read(folder: &Path) -> (State, Vec<PathBuf>) {
 }
 
 impl Folder {
-    /// Returns where the folder comes from, for display.
+    /// Returns the origin of the folder, for display.
     pub fn origin(&self) -> &'static str {
         match self.source {
             Source::Environment => "TATU_PLUGIN_PATH",
@@ -81,7 +81,7 @@ impl Folder {
             Source::User => "your own, for `tatu plugin install`",
         }
     }
-    /// Returns where the folder comes from as a single word, for programs and tables.
+    /// Returns the origin of the folder as a single word, for programs and tables.
     pub fn word(&self) -> &'static str {
         match self.source {
             Source::Environment => "environment",
@@ -91,7 +91,8 @@ impl Folder {
             Source::User => "user",
         }
     }
-    /// Returns what is wrong with the folder, or what it contains. `found` has the files in it that match the search.
+    /// Returns the problem with the folder, or a summary of its contents. `found` lists the files in it that match the
+    /// search.
     pub fn note(&self, found: &[&Path]) -> String {
         match &self.state {
             State::Missing => "not there".into(),

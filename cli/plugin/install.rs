@@ -96,9 +96,9 @@ fn unwritten(file: &Path, e: &io::Error) -> Error {
 /// A library to be installed.
 struct Library {
     file: PathBuf,
-    /// Its name in messages.
+    /// The library's name in messages.
     shown: PathBuf,
-    /// The temporary folder of an unpacked file, which is deleted when this is dropped.
+    /// The temporary folder of an unpacked library, which is deleted when the value is dropped.
     _unpacked: Option<TempDir>,
 }
 
@@ -143,7 +143,7 @@ fn library(source: &Path) -> Result<Library> {
             }
             Err(all) => {
                 let shown: Vec<String> = all.iter().map(|f| f.display().to_string()).collect();
-                fail(format!("it holds {} plugins: {}", all.len(), some(&shown, 4)), "name the one that is meant")
+                fail(format!("it contains {} plugins: {}", all.len(), some(&shown, 4)), "name the library to install")
             }
         };
     }
@@ -156,21 +156,24 @@ fn library(source: &Path) -> Result<Library> {
         (Some(one), 0) => Ok(Library { file: one.file, shown: source.to_owned(), _unpacked: Some(dir) }),
         (None, _) => {
             let text = format!("there is no {} in it", names::form());
-            fail(text, "an archive holds the library that was built; from sources build it first")
+            fail(
+                text,
+                "an archive must contain a built library; build the plugin first if the archive contains its sources",
+            )
         }
         (Some(last), _) => {
             all.push(last);
             let shown: Vec<&str> = all.iter().map(|u| u.name.as_str()).collect();
-            let text = format!("it holds {} plugins: {}", all.len(), some(&shown, 4));
-            fail(text, "unpack it, and install the one that is meant")
+            let text = format!("it contains {} plugins: {}", all.len(), some(&shown, 4));
+            fail(text, "unpack it, and install one of the libraries")
         }
     }
 }
 
-/// Copies a library into the folder, tries it there, and renames it to its final name.
+/// Copies a library into the folder, tests the copy, and renames it to its final name.
 fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut Examiner) -> Result<String> {
     let copy = staged(&library.file, folder)?;
-    // While the copy is tried, its assets must be next to it, under the name that belongs to the copy.
+    // While the copy is tested, its assets must be beside it, in a folder named after the copy.
     let assets = StagedAssets::new(&library.file, &copy)?;
     let examined = examiner.examine(&copy);
     if let Some(reason) = examined.reason.clone().or_else(|| examined.useless()) {
@@ -193,7 +196,8 @@ fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut
     };
     tell(&examined, &target);
     if let Some(by) = hiding(&target, &id, examiner) {
-        let text = format!("{} has the same id and is searched first: what was installed is not used", by.display());
+        let text =
+            format!("{} has the same id and is searched first, so the installed plugin is not used", by.display());
         report::warning(
             &Error::new("E302", text).help("remove that plugin, or remove its folder from TATU_PLUGIN_PATH"),
         );
@@ -201,7 +205,7 @@ fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut
     Ok(text)
 }
 
-/// The assets of a library that is being installed; removed when this is dropped.
+/// The assets of a library that is being installed. They are removed when the value is dropped.
 struct StagedAssets(Option<PathBuf>);
 
 impl StagedAssets {
@@ -244,7 +248,7 @@ fn remove_files(library: &Path) -> Result {
 
 /// Prints the remarks about a plugin that can be loaded.
 fn tell(examined: &Examined, to: &Path) {
-    // The remarks contain the temporary name under which the plugin was tried.
+    // The remarks contain the temporary name under which the plugin was tested.
     let from = examined.file.display().to_string();
     for remark in examined.report.iter().flat_map(|r| &r.remarks) {
         let text = remark.text.replace(&from, &to.display().to_string());
@@ -332,7 +336,7 @@ fn installed(folder: &Path, examiner: &mut Examiner) -> Vec<(PathBuf, Examined)>
     files.into_iter().map(look).collect()
 }
 
-/// Returns the file that hides an installed one in a program without a scene.
+/// Returns the file that hides an installed file when no scene is given.
 fn hiding(target: &Path, id: &str, examiner: &mut Examiner) -> Option<PathBuf> {
     let folders = folders::look(&searched(None, &Sources::default(), &[]).ok()?);
     examiner.hidden_by(target, id, &folders)

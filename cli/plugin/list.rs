@@ -24,7 +24,7 @@ pub struct List {
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
-    /// `plugins`: load those in the folders that the scene names.
+    /// `plugins`: load plugins from the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
     pub allow: Vec<String>,
     /// Print a JSON array.
@@ -35,7 +35,7 @@ pub struct List {
     pub watchdog: f64,
 }
 
-/// Prints the list; each file is opened in a separate process.
+/// Prints the list. Each file is opened in a separate process.
 pub fn list(args: &List) -> ExitCode {
     let searched = match searched(args.scene.as_deref(), &Sources::default(), &args.allow) {
         Ok(all) => all,
@@ -68,7 +68,7 @@ fn rows(folders: &[Folder], examiner: &mut Examiner) -> Vec<Value> {
         for file in &folder.candidates {
             rows.push(row(folder, file, &mut loaded, examiner));
         }
-        // In a folder that the user names for plugins, a library with another name is most likely meant to be one.
+        // In a folder that the user names for plugins, a library with another name is most likely intended as a plugin.
         if folder.source != Source::Built {
             let is_library = |f: &&PathBuf| names::name(f).ends_with(std::env::consts::DLL_SUFFIX);
             for file in folder.others.iter().filter(is_library) {

@@ -1,4 +1,4 @@
-//! Finds the libraries and symbols that a library needs, as the Linux loader does (ld.so(8)), without loading any.
+//! Finds the libraries and symbols that a library needs, as the Linux loader does (ld.so(8)), without loading them.
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap, HashSet},
@@ -21,7 +21,7 @@ const CACHE: &str = "/etc/ld.so.cache";
 /// Maximum number of names in a message.
 const FEW: usize = 4;
 
-/// A library that another one needs.
+/// A library that another library needs.
 pub struct Need {
     pub name: String,
     /// The library that needs it; `None` for the plugin itself.
@@ -76,8 +76,8 @@ impl Loader {
         let mut known: BTreeSet<String> = BTreeSet::new();
         let rpath = |e: &Elf, file: &Path| if e.runpath.is_empty() { expanded(&e.rpath, file) } else { Vec::new() };
         let runpath = expanded(&own.runpath, file);
-        // Each entry has the library, the names it needs, its own folders, and the folders that its dependencies
-        // inherit.
+        // Each entry contains a library, the names of the libraries that it needs, its own folders, and the folders
+        // that its dependencies inherit.
         let mut open = std::collections::VecDeque::from([(None, own.needed.clone(), runpath, rpath(own, file))]);
         while let Some((by, names, runpath, rpath)) = open.pop_front() {
             for name in names.into_iter().filter(|n| known.insert(n.clone())).collect::<Vec<_>>() {
@@ -163,13 +163,15 @@ impl Loader {
         });
         let help = match option {
             Some((library, "-lstdc++")) => {
-                format!("{library} has it: link with `c++` instead of `cc`, or add -lstdc++")
+                format!("{library} defines it: link with `c++` instead of `cc`, or add -lstdc++")
             }
-            Some((library, option)) => format!("{library} has it: add {option} when you link"),
+            Some((library, option)) => format!("{library} defines it: link with {option}"),
             None if cpp => {
                 "it is C++: link with `c++` instead of `cc`, together with the file or library that defines it".into()
             }
-            None => "link it with the library that has the symbol, or compile the file that defines it into it".into(),
+            None => {
+                "link it with the library that defines the symbol, or compile the file that defines it into it".into()
+            }
         };
         Reason::new("missing-symbol", text, help)
     }
@@ -189,13 +191,13 @@ fn missing_library(file: &Path, need: &Need) -> Reason {
     let help = if !need.name.contains('/') && beside.is_file() {
         let folder = folder.display();
         format!(
-            "it is in {folder}, where the loader does not look: link with `-Wl,-rpath,'$ORIGIN'`, \
+            "it is in {folder}, which the loader does not search: link with `-Wl,-rpath,'$ORIGIN'`, \
              or set LD_LIBRARY_PATH={folder}"
         )
     } else {
         format!(
-            "install the package that has it (`apt-file search {}` names it), or link it statically; \
-             `ldd {}` shows all that is needed",
+            "install the package that contains it (find it with `apt-file search {}`), or link it statically; \
+             `ldd {}` shows all libraries that are needed",
             need.name,
             file.display()
         )
@@ -203,18 +205,21 @@ fn missing_library(file: &Path, need: &Need) -> Reason {
     Reason::new("missing-library", text, help)
 }
 
-/// Returns the first required version that a library here does not define: the plugin was built on a newer system.
+/// Returns the first required version that the libraries of this system do not define, which means that the plugin was
+/// built on a newer system.
 fn missing_version(own: &Elf, libraries: &[Rc<Elf>]) -> Option<Reason> {
     let of = |name: &str| libraries.iter().find(|l| l.soname.as_deref() == Some(name));
     let (name, version, library) = own.needs_versions.iter().find_map(|(name, version)| {
         let library = of(name).filter(|l| !l.versions.is_empty() && !l.versions.contains(version))?;
         Some((name, version, library))
     })?;
-    // GLIBC_2.36 comes after GLIBC_2.4.
+    // Versions are compared numerically: GLIBC_2.36 is newer than GLIBC_2.4.
     let numbers = |v: &str| v.split(|c: char| !c.is_ascii_digit()).filter_map(|n| n.parse().ok()).collect::<Vec<u64>>();
     let family = version.split('_').next().unwrap_or_default();
     let newest = library.versions.iter().filter(|v| v.starts_with(family) && !v.ends_with("PRIVATE"));
-    let newest = newest.max_by_key(|v| numbers(v)).map_or(String::new(), |v| format!(", and this system has {v}"));
+    let newest = newest
+        .max_by_key(|v| numbers(v))
+        .map_or(String::new(), |v| format!(", but the newest version on this system is {v}"));
     let text = format!("it needs {version} of {name}{newest}");
     Some(Reason::new("old-library", text, "build it on this system or on an older one, or update this system"))
 }

@@ -54,7 +54,7 @@ pub enum PluginCommand {
     UpdateSdk(update_sdk::UpdateSdk),
     /// Test a plugin against the rules of the ABI.
     Check(check::Check),
-    /// Explain why a plugin is loaded, or why not, and what to do.
+    /// Explain why a plugin is or is not loaded, and what to do.
     Why(why::Why),
     /// Install a plugin into your own folder, or remove it from there; nothing is downloaded.
     Install(install::Install),

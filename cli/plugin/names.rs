@@ -1,4 +1,4 @@
-//! Names of plugin files: compares the name that was given with those of files.
+//! Names of plugin files: compares a given name with the names of files.
 
 use std::{
     env::consts::{DLL_PREFIX, DLL_SUFFIX},

@@ -1,4 +1,4 @@
-//! Opens a plugin in a separate process, so that it can be reported if it crashes, ends the process or never returns.
+//! Opens a plugin in a separate process, so that a plugin that crashes, exits or never returns can be reported.
 
 use std::{
     ffi::OsString,
@@ -36,7 +36,7 @@ pub fn limit(text: &str) -> Result<f64, String> {
 pub struct Report {
     tatu_probe: u32,
     pub plugin: Option<About>,
-    /// The kinds of extensions that it offers, with their numbers.
+    /// The kinds of extensions that the plugin provides, each with its count.
     pub offers: Vec<(String, usize)>,
     pub remarks: Vec<Remark>,
     pub notes: Vec<String>,
@@ -114,7 +114,8 @@ fn offers(r: &Registry) -> Vec<(String, usize)> {
     all.into_iter().filter(|(_, n)| *n > 0).map(|(kind, n)| (kind.to_owned(), n)).collect()
 }
 
-/// Tries a file; returns what it offers, or why it cannot be loaded.
+/// Opens a file in a separate process; returns the report of that process, or the reason that the file cannot be
+/// loaded.
 pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
     let untried = |what: &str, e: std::io::Error| {
         Reason::new(
@@ -126,7 +127,8 @@ pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
     // The loader would search a name without a folder in the system's folders.
     let file = std::path::absolute(file).map_err(|e| untried("the working folder no longer exists", e))?;
     let mut command = restart_command().map_err(|e| untried("the path of this program is unknown", e))?;
-    // Temporary files instead of pipes: a process that the plugin starts may keep a pipe open after the plugin's end.
+    // Use temporary files instead of pipes: a process that the plugin starts may keep a pipe open after the plugin has
+    // ended.
     let open = || tempfile::tempfile().map_err(|e| untried("no temporary file can be created", e));
     let (mut out, mut err) = (open()?, open()?);
     let duplicate =
@@ -176,13 +178,13 @@ fn text(file: &mut File) -> String {
     // Only the end of the output is read.
     let length = file.metadata().map_or(0, |m| m.len());
     if file.seek(SeekFrom::Start(length.saturating_sub(MOST_BYTES))).is_ok() {
-        // If reading fails, the output counts as missing.
+        // If reading fails, the output is treated as empty.
         let _ = file.take(MOST_BYTES).read_to_end(&mut bytes);
     }
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Returns why the process could not load the plugin, from its report.
+/// Returns the reason that the process could not load the plugin, derived from its report.
 fn refusal(report: &Report, file: &Path) -> Reason {
     let Some(first) = report.remarks.iter().find(|r| r.code == "E301").or(report.remarks.first()) else {
         return Reason::new("rejected", "it cannot be loaded", "ask the author of the plugin");
@@ -202,7 +204,7 @@ fn refusal(report: &Report, file: &Path) -> Reason {
     Reason::new(kind, text, first.help.clone())
 }
 
-/// Returns why the process ended without a report, from its exit status and error output.
+/// Returns the reason that the process ended without a report, derived from its exit status and error output.
 fn end(ended: Option<ExitStatus>, err: &str, limit: f64) -> Reason {
     let fault = |code: &str| err.lines().find_map(|l| l.split_once(&format!("error[{code}]: ")).map(|(_, text)| text));
     // In "... in `tatu_plugin.init` of plugin `x`, FILE (HELP)", only the function is needed.

@@ -22,7 +22,7 @@ pub struct Project {
     pub name: String,
     /// The programming language of the plugin.
     pub lang: Lang,
-    /// The version of Tatu from which the SDK in the folder is.
+    /// The version of Tatu to which the SDK in the folder belongs.
     pub sdk: String,
 }
 
@@ -59,7 +59,7 @@ impl Project {
         let project = Project { folder: folder.to_owned(), name, lang, sdk: get("sdk")? };
         if project.sdk != sdk::VERSION {
             report::note(&format!(
-                "the SDK in {} is from Tatu {}, and this is Tatu {}: `tatu plugin update-sdk` updates it",
+                "the SDK in {} is from Tatu {}, but this is Tatu {}: `tatu plugin update-sdk` updates it",
                 folder.display(),
                 project.sdk,
                 sdk::VERSION

@@ -11,7 +11,7 @@ pub struct Reason {
     pub kind: &'static str,
     /// Description of the problem; the file is referred to as "it".
     pub text: String,
-    /// Advice to the user.
+    /// What the user can do about the problem.
     pub help: String,
 }
 

@@ -21,7 +21,7 @@ pub struct Watch {
     /// The plugin's folder.
     #[arg(default_value = ".")]
     pub folder: PathBuf,
-    /// Further options for `tatu run`, after `--`. Without any, the scene runs in real time until Ctrl-C.
+    /// Further options for `tatu run`, after `--`. By default, the scene runs in real time until Ctrl-C.
     #[arg(last = true, value_name = "OPTIONS", allow_hyphen_values = true)]
     pub options: Vec<OsString>,
 }
@@ -30,7 +30,7 @@ pub struct Watch {
 const PAUSE: Duration = Duration::from_millis(150);
 /// Delay from the last change to the build, because an editor may write a file in several parts.
 const SETTLED: Duration = Duration::from_millis(120);
-/// Folders of a project that hold no sources.
+/// Folders of a project that do not contain sources.
 const NO_SOURCES: [&str; 4] = ["build", "target", ".git", "node_modules"];
 /// Maximum nesting depth of folders with sources.
 const DEEPEST: u32 = 8;
@@ -66,7 +66,8 @@ pub fn watch(args: &Watch) -> Result<ExitCode> {
     }
 }
 
-/// Builds the project. An error, such as a source that an editor has temporarily moved away, counts as a failed build.
+/// Builds the project. An error, such as a source that an editor has temporarily moved away, is treated as a failed
+/// build.
 fn make(project: &Project) -> bool {
     build::make(project).unwrap_or_else(|e| {
         report::error(&e);
@@ -74,7 +75,7 @@ fn make(project: &Project) -> bool {
     })
 }
 
-/// The process of a run, which is killed when this is dropped.
+/// The process of a run, which is killed when the value is dropped.
 struct Running(Child);
 
 impl Drop for Running {
@@ -84,7 +85,7 @@ impl Drop for Running {
     }
 }
 
-/// Starts the scene in a process of its own, which reloads the library when it changes.
+/// Starts the scene in a separate process, which reloads the library when it changes.
 fn start(project: &Project, options: &[OsString]) -> Result<Child> {
     let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));
     let mut command = restart_command().map_err(failed)?;

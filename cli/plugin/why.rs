@@ -12,13 +12,13 @@ use crate::report;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Why {
-    /// A plugin's id, the name of its library in any form, or a file: a name with a `/` in it.
+    /// A plugin's id, the name of its library in any form, or a file: a path that contains a `/`.
     #[arg(value_name = "NAME|FILE", required_unless_present = "probe")]
     pub what: Option<PathBuf>,
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
-    /// `plugins`: load those in the folders that the scene names.
+    /// `plugins`: load plugins from the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
     pub allow: Vec<String>,
     /// Print a JSON object.

@@ -1,4 +1,4 @@
-//! Passes the names of the plugin packages that belong to the program to the crate, as `TATU_BUILT_PLUGINS`.
+//! Passes the names of the program's plugin packages to this crate, in the environment variable `TATU_BUILT_PLUGINS`.
 
 fn main() {
     let path = "../../Cargo.toml";

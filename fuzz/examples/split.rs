@@ -1,5 +1,5 @@
-//! Cuts files into their sections, one seed each: `split FILE... FOLDER`. Sections above 20 kB are left out: small seeds
-//! are tried faster.
+//! Splits files into their sections, and writes each section to FOLDER as a seed: `split FILE... FOLDER`. Sections of
+//! more than 20 kB are omitted, because small seeds are processed faster.
 
 use std::{env, fs, path::Path};
 
@@ -14,8 +14,8 @@ const MOST: usize = 20_000;
 
 fn main() {
     let mut arguments: Vec<String> = env::args().skip(1).collect();
-    let Some(folder) = arguments.pop() else { return eprintln!("split FILE... FOLDER") };
-    fs::create_dir_all(&folder).expect("the folder of the seeds");
+    let Some(folder) = arguments.pop() else { return eprintln!("usage: split FILE... FOLDER") };
+    fs::create_dir_all(&folder).expect("the folder for the seeds cannot be created");
     for path in arguments {
         let Ok(bytes) = fs::read(&path) else { continue };
         let Ok(file) = File::read(&bytes) else { continue };
@@ -30,7 +30,7 @@ fn main() {
             }
             let body = Bytes::new().bytes(span.of(&file.data));
             let seed = Bytes::new().element(&element.tag, body).mark("EOF");
-            fs::write(format!("{folder}/{name}-{at}"), seed.0).expect("a seed");
+            fs::write(format!("{folder}/{name}-{at}"), seed.0).expect("a seed cannot be written");
         }
     }
 }

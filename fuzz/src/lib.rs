@@ -1,11 +1,12 @@
-//! What the targets do with a file that was read: everything that makes a scene of it looks at the same things.
+//! The code that the fuzz targets share. It exercises the same functions as the importer that builds a scene from a
+//! file.
 
 use tatu_importers_vrep_scene::read::{
     file::{File, Kind},
     surface::leaves,
 };
 
-/// Reads a file and looks at all surfaces of its shapes.
+/// Parses a file and computes the surfaces of all its shapes. Errors are ignored; only panics and crashes are failures.
 pub fn look_at(bytes: &[u8]) {
     let Ok(file) = File::read(bytes) else { return };
     for o in &file.objects {

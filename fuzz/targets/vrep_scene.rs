@@ -1,4 +1,4 @@
-//! Whole files as they come: header, packing, sections.
+//! Fuzzes the reader with whole files: header, compression and sections.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tatu_fuzz::look_at(bytes));

@@ -1,4 +1,4 @@
-//! Sections behind a sound header that are not packed, so that whatever is tried lies in them.
+//! Fuzzes the reader with uncompressed sections after a valid header, so that all mutations affect the sections.
 #![no_main]
 
 use tatu_importers_vrep_scene::read::made;

@@ -1,53 +1,54 @@
-/* tatu.h: the C ABI between Tatu and its plugins, and its manual. This file has the conventions that hold for all
- * parts, and includes the parts.
+/* tatu.h: the C ABI between Tatu and its plugins, and its manual. This file documents the conventions that apply to
+ * all parts of the ABI, and includes the headers of the parts.
  *
- * A plugin is a dynamic library that exports one symbol, `tatu_plugin`, a constant descriptor. The host reads it,
- * calls `init`, and requests *extensions*: what the plugin offers (commands, sensors, models, script languages, ...).
- * The plugin requests *services* from the host: what the host offers (scene, readings, bodies, commands, ...). Plugins
- * have no direct access to each other; they share commands, readings, properties and schemas.
+ * A plugin is a dynamic library that exports one symbol, `tatu_plugin`, a constant descriptor. The host reads it, calls
+ * `init`, and then requests *extensions*: tables of what the plugin offers (commands, sensors, models, script languages
+ * and more). The plugin in turn requests *services* from the host (scene, readings, bodies, commands and more). Plugins
+ * have no direct access to each other; they interact through commands, readings, properties and schemas.
  *
- * `plugin-api/template/c_command/` is a plugin to start from.
+ * `plugin-api/template/c_command/` is a complete plugin to start from.
  *
  * CONVENTIONS
+ *   The tag in square brackets before a function states on which threads it may be called.
  *   [setup]     one thread at a time per plugin: start, shutdown, creating and destroying instances.
  *   [step]      one thread at a time per world; different worlds may call on different threads at once.
  *   [parallel]  several threads at once, each on its own instances.
  *   [any]       any thread, any time.
  *   Pointers:   arguments are valid during the call only, unless the function's comment says otherwise.
- *   Text:       pointer and length, normally UTF-8, but that is not guaranteed; `const char *` is NUL-terminated.
+ *   Text:       pointer and length, normally UTF-8, but not guaranteed to be valid; `const char *` is NUL-terminated.
  *               Control characters other than tab and newline are escaped when text is displayed.
- *   Names:      UTF-8 without spaces, control characters and backslashes; `a` and `a.b` exclude each other.
+ *   Names:      UTF-8 without spaces, control characters or backslashes; `a` and `a.b` cannot both be in use.
  *   Units:      metres, seconds, kilograms, radians, newtons; world frame with z up, unless a name says otherwise.
  *   Pose:       7 doubles: x y z, then the unit quaternion x y z w. Twist: 6 doubles: m/s, then rad/s.
  *
  * COMPATIBILITY
- *   Frozen types (values, readings, contacts) never change within an ABI major; only these are array elements or are
- *   passed by value.
+ *   Frozen types (values, readings, contacts) never change within an ABI major version; only they are used as array
+ *   elements or passed by value.
  *   Tables (every struct that begins with `size`) grow at the end. Set `size` to sizeof and leave unused fields zero.
  *   Lists of tables are null-terminated arrays of pointers. A field exists only if it lies within `size` and is not
  *   null: check with TATU_HAS before calling through a table that another party filled. Tables have no tail padding.
- *   Until release 1.0 every extension and service is a draft, and a draft matches only its own number.
+ *   Until release 1.0 every extension and service is a draft, and is compatible only with the same draft number.
  *
  * MEMORY OF VALUES
  *   Each world has one arena, a stack. Memory from tatu_call_api.alloc and commands.alloc, and everything that results
- *   of calls point to, is in this arena until it is released to an earlier mark. Only callers release memory; the host
- *   does so when its outermost call returns. A command may therefore return values that it received from a nested call,
- *   unless it has released them since. Memory is aligned to 16 bytes, arrays to their elements. An arena holds at most
- *   256 MB at a time; `ptr` may be null when `len` is 0. Error texts are stored elsewhere.
+ *   of calls point to, remains in this arena until the arena is released to an earlier mark. Only callers release
+ *   memory; the host does so when its outermost call returns. A command may therefore return values that it received
+ *   from a nested call, unless it has released them since. Memory is aligned to 16 bytes, arrays to their elements. An
+ *   arena holds at most 256 MB at a time; `ptr` may be null when `len` is 0. Error messages are stored outside it.
  *
  * ERRORS
  *   A function that returns a negative status describes the failure in its error object. If that is empty, the host
  *   uses the error of the last failed service call, provided it has the same status: `return status;` passes it on.
  *
  * WHAT A CALL MAY USE
- *   The host tracks which call runs on which thread. It rejects functions that are not allowed there with TATU_ERR_BUSY
- *   and a message, and reports a breach of contract by the plugin.
+ *   The host tracks which call runs on which thread. A function that the running call may not use returns TATU_ERR_BUSY
+ *   with a message, and the host reports a breach of contract by the plugin.
  *   measure, aim, finish, apply:                       log.write, and `random` of the batch
  *   create, destroy, configure, save, load, beams, and find, traits, order, place, keep_func, drop_func of a language:
  *                                                      functions without side effects: read, find, list, allocate
  *   all other calls that receive a world:              everything
  *   a plugin's own threads:                            log.write without a world, session.wake, commands.wake
- *   A world belongs to the thread that made it; its pointer is invalid once the world has ended.
+ *   A world belongs to the thread that created it; its pointer is invalid once the world has ended.
  *
  * RULES
  *   No exception, panic or longjmp may leave a plugin function. No function may change the floating-point mode, locale

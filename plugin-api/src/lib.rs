@@ -2,7 +2,7 @@
 //!
 //! - `include/tatu.h`: the ABI and its manual, for plugins in C, C++ and any other language;
 //! - [`abi`]: the same declarations in Rust, type by type;
-//! - [`safe`]: traits over it and [`tatu_plugin!`], with which a Rust plugin needs no `unsafe`.
+//! - [`safe`]: traits over the ABI and [`tatu_plugin!`], with which a Rust plugin needs no `unsafe`.
 //!
 //! A Rust plugin is a crate of type `cdylib` (and `rlib`, if a program lists it as a dependency):
 //!

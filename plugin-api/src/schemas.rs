@@ -1,6 +1,7 @@
-//! The project's reading schemas, from the folder `schemas/`, which sensors and their readers share.
+//! The schemas of readings that the project defines, from the folder `schemas/`. Sensors fill them, and readers rely on
+//! them.
 
-/// The contents of each file, in TOML.
+/// The contents of the schema files, in TOML.
 pub const FILES: &[&str] = &[
     include_str!("../schemas/battery.toml"),
     include_str!("../schemas/buoyancy.toml"),

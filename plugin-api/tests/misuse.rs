@@ -1,4 +1,5 @@
-//! Misuse that the types must prevent in safe Rust: programs that must not compile, each with the compiler's output.
+//! Tests that the types prevent misuse in safe Rust: programs that must not compile, each with the expected output of
+//! the compiler.
 //!
 //! The output is that of the compiler in `rust-toolchain.toml`. For a new compiler, update it with
 //! `TRYBUILD=overwrite cargo test -p tatu-plugin-api --test misuse`.

@@ -40,7 +40,7 @@ class Policy:
 
     @staticmethod
     def size(env) -> int:
-        """Number of weights."""
+        """Return the number of weights of a policy for one world of `env`."""
         return (env.single_observation_space.shape[0] + 1) * env.single_action_space.shape[0]
 
     def __call__(self, observations: np.ndarray) -> np.ndarray:
@@ -83,7 +83,7 @@ def learn(env, seconds: float) -> np.ndarray:
     begin = last = time.monotonic()
     generation, spent = 0, 0.0
     print("generation   steps    mean   elite    best   deviation   env steps/s")
-    # A generation is not started if it would probably exceed the time.
+    # A generation is not started if it would probably exceed the training time.
     while last - begin + spent < seconds:
         steps = round(STEPS[0] + (STEPS[1] - STEPS[0]) * (last - begin) / seconds)
         weights = mean + deviation * random.normal(size=(CANDIDATES, mean.size))

@@ -1,4 +1,4 @@
-//! A batch of worlds.
+//! The native class behind `tatu_sim.Batch`.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -68,7 +68,7 @@ impl Batch {
     }
 }
 
-/// Finds channels in a world.
+/// Looks up channels in a world, given as pairs of path and name.
 fn find(seat: &Seat, names: &[(String, String)]) -> tatu_core::errors::Result<Vec<Channel>> {
     let world = seat.world()?;
     let one = |(path, name): &(String, String)| world.channel(path, name).map_err(|r| error::refused(&r));
@@ -102,7 +102,7 @@ impl Kept {
         let (new, new_acted) = (find(seat, observed)?, find(seat, acted)?);
         let same = |a: &[Channel], b: &[Channel]| a.iter().map(|c| &c.shape).eq(b.iter().map(|c| &c.shape));
         if !same(&new, &self.observed) || !same(&new_acted, &self.acted) {
-            let text = "the world has different numbers of observations or actions than before";
+            let text = "the observations or actions of the world have different shapes than before";
             return Err(
                 Wrong::new("E102", text).expected("changes that keep the shapes, or a call of `bind` afterwards")
             );
@@ -160,8 +160,9 @@ impl Batch {
             let both = (shapes(&first.observed), shapes(&first.acted));
             let differs = |k: &Kept| (shapes(&k.observed), shapes(&k.acted)) != both;
             if let Some(n) = inside.kept.iter().position(differs) {
-                let text = format!("world {n} has different numbers of observations or actions than world 0");
-                return Err(Wrong::new("E102", text).expected("the same in all worlds of a batch"));
+                let text =
+                    format!("the observations or actions of world {n} have different shapes than those of world 0");
+                return Err(Wrong::new("E102", text).expected("the same shapes in all worlds of a batch"));
             }
             (inside.observed, inside.acted) = (observed, acted);
             Ok(both)
@@ -186,7 +187,7 @@ impl Batch {
                 let wanted: usize = inside.kept.iter().map(|k| k.action.len()).sum();
                 if actions.len() != wanted {
                     let text = format!("the actions have {} values", actions.len());
-                    return Err(Wrong::new("E102", text).expected(format!("{wanted}, for all worlds")));
+                    return Err(Wrong::new("E102", text).expected(format!("{wanted} values, for all worlds together")));
                 }
                 let mut rest = actions.as_slice();
                 for kept in &mut inside.kept {
@@ -216,14 +217,14 @@ impl Batch {
         Ok(running)
     }
 
-    /// Writes the last observations of all worlds.
+    /// Writes the last observations of all worlds to `out`.
     fn observe(&self, py: Python<'_>, out: &Bound<'_, PyArray2<f64>>) -> PyResult<()> {
         let _ = py;
         let mut inside = self.inside.lock().unwrap_or_else(PoisonError::into_inner);
         let inside = inside.as_mut().ok_or_else(closed)?;
         let (worlds, each) = (inside.kept.len(), inside.kept[0].numbers.len());
         if out.shape() != [worlds, each] {
-            return Err(PyValueError::new_err(format!("expected an array of {worlds} x {each} values")));
+            return Err(PyValueError::new_err(format!("expected an array of shape ({worlds}, {each})")));
         }
         let mut out = out.try_readwrite()?;
         let out = out.as_slice_mut()?;
@@ -233,7 +234,7 @@ impl Batch {
         Ok(())
     }
 
-    /// Resets worlds, given by their indices, with a seed and changes for each.
+    /// Resets the worlds with these indices, each with its own seed and changes.
     fn reset(
         &self,
         py: Python<'_>,
@@ -247,7 +248,7 @@ impl Batch {
             for ((world, seed), set) in worlds.into_iter().zip(seeds).zip(sets) {
                 let place = wanted.get_mut(world).ok_or_else(|| {
                     let e = Wrong::new("E102", format!("there is no world {world}"));
-                    e.expected(format!("a number from 0 to {}", count - 1))
+                    e.expected(format!("an index from 0 to {}", count - 1))
                 })?;
                 *place = Some((seed, set));
             }
@@ -346,7 +347,7 @@ impl Batch {
         self.with(py, |inside| inside.batch.one(0, |seat| Ok(seat.world()?.dt())))
     }
 
-    /// Returns the log lines since the last call: world, level, code and text.
+    /// Returns the log lines since the last call, each with the index of its world, level, code and text.
     #[allow(clippy::type_complexity, reason = "tuples of Python")]
     fn lines(&self, py: Python<'_>) -> PyResult<Vec<(usize, &'static str, Option<&'static str>, String)>> {
         let all = self.with(py, |inside| {
@@ -380,7 +381,7 @@ impl Batch {
         PyArray1::from_vec(py, picture.rgb).reshape([rows as usize, columns as usize, 3])
     }
 
-    /// Ends all worlds.
+    /// Ends all worlds; all further calls fail.
     fn close(&self, py: Python<'_>) {
         detached(py, || drop(self.inside.lock().unwrap_or_else(PoisonError::into_inner).take()));
     }

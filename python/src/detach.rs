@@ -1,9 +1,10 @@
-//! Releasing the interpreter's lock, also while the interpreter is exiting.
+//! Calls functions without the interpreter's lock, even while the interpreter is exiting.
 //!
-//! Before version 3.14, CPython ends a daemon thread that requests the lock during finalization with `pthread_exit`. PyO3
-//! stops the unwinding that this starts and suspends the thread, but that takes the unwinder of the C library: the module
-//! of the wheel contains LLVM's, in which the process crashes. So the package registers [`finish`] with Python's `atexit`;
-//! from then on, a thread that would request the lock is suspended until the process ends, as CPython 3.14 does.
+//! Before version 3.14, CPython ends a daemon thread that requests the lock during finalization with `pthread_exit`.
+//! PyO3 stops the unwinding that this starts and suspends the thread, but this works only with the unwinder of the C
+//! library. The module of the wheel contains LLVM's unwinder, in which the process crashes. Therefore the package
+//! registers [`finish`] with Python's `atexit`; once it has been called, a thread that would request the lock is
+//! suspended until the process ends, as in CPython 3.14.
 
 use std::{
     process,
@@ -26,12 +27,12 @@ static MAIN: OnceLock<ThreadId> = OnceLock::new();
 /// The process that loaded the module.
 static PROCESS: AtomicU32 = AtomicU32::new(0);
 
-/// Maximum time that the exit waits for calls that are still running.
+/// Maximum time for which the exit of the interpreter waits for calls that are still running.
 const MAX_WAIT: Duration = Duration::from_secs(10);
 
 /// Calls `f` without the interpreter's lock. Does not return if the interpreter is exiting.
 pub fn detached<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> T {
-    // Counted until the lock is held again.
+    // The thread is counted until it holds the lock again.
     let _counted = Counted::new();
     py.detach(|| {
         suspend_if_exiting();
@@ -72,12 +73,12 @@ pub fn loaded() {
     PROCESS.store(process::id(), SeqCst);
 }
 
-/// Waits until no other thread will request the interpreter's lock. Must be called as the interpreter exits, by the thread
-/// that finalizes it.
+/// Waits until no other thread will request the interpreter's lock. Must be called as the interpreter exits, by the
+/// thread that finalizes it.
 #[pyfunction]
 pub fn finish(py: Python<'_>) {
     if PROCESS.load(SeqCst) != process::id() {
-        // In a copy of the process by `fork`, the threads that were counted do not exist.
+        // In a forked child process, the threads that were counted do not exist.
         return;
     }
     let _ = MAIN.set(thread::current().id());

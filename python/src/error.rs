@@ -8,7 +8,7 @@ create_exception!(
     Error,
     PyException,
     "An error of the simulator. `code` is explained in the reference of errors; `text` describes the problem, `help` \
-     how to correct it, `file` and `line` its location. Each may be None."
+     how to correct it, `file` and `line` its location. Each of them can be None."
 );
 
 fn with(message: String, code: &str, text: &str, help: Option<&str>, place: Option<(String, usize)>) -> PyErr {

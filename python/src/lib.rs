@@ -26,7 +26,7 @@ fn main(py: Python<'_>, args: Vec<OsString>, again: Vec<OsString>) -> u8 {
     })
 }
 
-/// Returns the folders with a name that come with the package: `scenes`, `models`, `addons`.
+/// Returns the folders of this name that are part of the package. `name` is `scenes`, `models` or `addons`.
 #[pyfunction]
 fn folders(name: &str) -> Vec<std::path::PathBuf> {
     tatu_embed::search::folders_of_program(name)

@@ -64,7 +64,7 @@ impl Sweep {
         serde_json::to_string(&row).map_err(|e| PyValueError::new_err(e.to_string()))
     }
 
-    /// Ends the plugins when no job is running any more.
+    /// Closes the sweep. The plugins are ended as soon as no job is running.
     fn close(&self, py: Python<'_>) {
         let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner).take();
         detached(py, || {

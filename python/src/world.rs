@@ -1,4 +1,4 @@
-//! A world.
+//! The native class behind `tatu_sim.World`.
 
 use std::{
     path::PathBuf,
@@ -29,7 +29,7 @@ const SLICE: Duration = Duration::from_millis(50);
 /// A world. The public interface is `tatu_sim.World`.
 #[pyclass(module = "tatu_sim._native")]
 pub struct World {
-    /// The host of the world; `None` after it was closed.
+    /// The host of the world; `None` after the world has been closed.
     host: Mutex<Option<Arc<Host>>>,
 }
 
@@ -41,7 +41,7 @@ pub struct Channel {
 
 #[pymethods]
 impl Channel {
-    /// Returns the shape of the values, as that of an array.
+    /// Returns the shape of the channel's values as an array.
     #[getter]
     fn shape(&self) -> Vec<usize> {
         self.channel.shape.clone()
@@ -162,7 +162,7 @@ impl World {
         Ok(World { host: Mutex::new(Some(Arc::new(fork))) })
     }
 
-    /// Ends the world.
+    /// Ends the world; all further calls fail.
     fn close(&self, py: Python<'_>) {
         let host = self.host.lock().unwrap_or_else(PoisonError::into_inner).take();
         detached(py, || drop(host));
@@ -260,7 +260,7 @@ impl World {
         let wanted = channels.iter().map(|c| c.shape.iter().product::<usize>()).sum::<usize>();
         if out.len() != wanted {
             return Err(PyValueError::new_err(format!(
-                "expected an array of {wanted} values, found one of {}",
+                "expected an array of {wanted} values, found an array of {}",
                 out.len()
             )));
         }
@@ -279,7 +279,7 @@ impl World {
         Ok(())
     }
 
-    /// Sets a channel.
+    /// Sets the values of a channel.
     fn write(&self, py: Python<'_>, channel: &Channel, numbers: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         let numbers: Vec<f64> = numbers.as_array().iter().copied().collect();
         let channel = channel.channel.clone();
@@ -308,7 +308,7 @@ impl World {
         Ok(lines.into_iter().filter_map(line).collect())
     }
 
-    /// Ends the services of the world, which write their files.
+    /// Ends the services of the world, so that they write their files.
     fn end_services(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |seat| seat.end_services())
     }
@@ -371,7 +371,8 @@ impl World {
             Ok(out)
         };
         let done = registry.commands.iter().map(one).collect();
-        // If the world was closed in the meantime, this drops the last reference, which ends the plugins in order.
+        // If the world was closed in the meantime, this drops the last reference to the registry, which ends the
+        // plugins in an orderly way.
         self.with(py, |_| {
             drop(registry);
             Ok(())
@@ -402,7 +403,7 @@ pub fn view(camera: Option<String>, points: Option<([f64; 3], [f64; 3])>) -> Vie
     }
 }
 
-/// Returns the name of a log level, or `None` for output to windows of scripts.
+/// Returns the name of a log level, or `None` for output that scripts write to windows.
 pub fn tag_of_line(level: u32) -> Option<&'static str> {
     match level {
         TATU_LOG_ERROR => Some("error"),

@@ -38,7 +38,7 @@ __all__ = [
     "sweep",
 ]
 
-# Daemon threads may be in a call when the interpreter exits, and must not return to it then.
+# Daemon threads may still be in a native call when the interpreter exits, and must not return to it after that.
 atexit.register(finish)
 del atexit, finish
 
@@ -46,8 +46,8 @@ del atexit, finish
 def crash_reports(on: bool = True) -> None:
     """Report crashes of this process from now on, with the plugin, its function and the object.
 
-    This installs signal handlers, which remain until the process exits. Otherwise, the simulator installs none, except
-    when the command line is used.
+    This installs signal handlers, which remain until the process exits. Without this call, the simulator installs no
+    signal handlers, unless the command line is used.
     """
     if not on:
         raise ValueError("crash reports cannot be switched off: other handlers may have been installed since")

@@ -21,9 +21,9 @@ class Batch:
         scene, text, folder, scripts, allow, plugins, files: As for `World`.
         n: Number of worlds.
         seeds: One seed for each world; by default the scene's own seed plus the index of the world.
-        set: Changes to the scene, as for `World`. A list or array of `n` values sets a value for each world; a list
-            that is a value for all worlds must be repeated `n` times.
-        threads: Number of threads; by default as many as there are cores.
+        set: Changes to the scene, as for `World`. A list or array of length `n` sets a separate value for each
+            world, so a list that is the value for all worlds must be repeated `n` times.
+        threads: Number of threads; by default the number of cores.
         observe: The observations that `step` returns, as pairs of path and name: `[("/Robot", "object.world_pose"),
             ("/Robot/laser", "range_scan.ranges")]`.
         act: The properties that the actions of `step` set: `[("/Robot/leftMotor", "joint.target_velocity")]`.
@@ -49,9 +49,9 @@ class Batch:
         quiet: bool = False,
     ):
         if n < 1:
-            raise ValueError(f"a batch of {n} worlds; expected at least 1")
+            raise ValueError(f"`n` is {n}; expected at least 1 world")
         if seeds is not None and len(seeds) != n:
-            raise ValueError(f"{len(seeds)} seeds were given for {n} worlds")
+            raise ValueError(f"{len(seeds)} seeds were given for {n} worlds; expected one for each world")
         changes = spread(set, n)
         arguments = []
         for world in range(n):
@@ -85,21 +85,21 @@ class Batch:
         """Set the actions, run `n` steps in each world, and return the observations, an array of `self.n` rows.
 
         Args:
-            actions: `self.n` rows of numbers, in the order of `act`; None keeps the last actions.
+            actions: One row per world, with the values in the order of `act`; None keeps the last actions.
             n: Number of steps.
-            worlds: A mask of the worlds that are stepped; by default all. Observations of the others are those of
-                their last step.
+            worlds: A mask of the worlds that are stepped; by default all. The observations of the other worlds are
+                those of their last step.
 
         Returns:
-            A new array of `self.n` rows, in the order of `observe`. `self.running` has the worlds that are still
-            running.
+            A new array with one row per world, in the order of `observe`. Afterwards, `self.running` is a mask of the
+            worlds that are still running.
         """
         if actions is not None:
             actions = np.ascontiguousarray(actions, dtype=np.float64).reshape(self.n, self.act_size)
         if worlds is not None:
             worlds = np.ascontiguousarray(worlds, dtype=bool)
             if worlds.shape != (self.n,):
-                raise ValueError(f"expected a mask for {self.n} worlds, found an array of shape {worlds.shape}")
+                raise ValueError(f"expected a mask of shape ({self.n},), one per world; found shape {worlds.shape}")
         n = whole("n", n)
         # Steps are run in chunks, between which Python handles Ctrl-C.
         running, told = self._native.step(actions, min(n, 64), worlds, self._out)
@@ -123,17 +123,17 @@ class Batch:
         seeds: Optional[Sequence[Optional[int]]] = None,
         sets: Optional[Sequence[Optional[Mapping[str, Any]]]] = None,
     ) -> np.ndarray:
-        """Reset these worlds, by default all. Return the observations of all worlds.
+        """Reset the given worlds, by default all, and return the observations of all worlds.
 
         Args:
             worlds: Indices of worlds, or a mask.
             seeds: A new seed for each of these worlds; None keeps the current one.
-            sets: Changes to the scene for each of these worlds, instead of the current ones; None keeps those.
+            sets: Changes to the scene for each of these worlds, which replace the current changes; None keeps them.
         """
         chosen = list(range(self.n)) if worlds is None else numbers(worlds, self.n)
         for name, values in (("seeds", seeds), ("sets", sets)):
             if values is not None and len(values) != len(chosen):
-                raise ValueError(f"{len(values)} {name} were given for {len(chosen)} worlds")
+                raise ValueError(f"{len(values)} {name} were given for {len(chosen)} worlds; expected one for each")
         seeds_of = [None] * len(chosen) if seeds is None else [None if s is None else whole("seeds", s) for s in seeds]
         sets_of = [None] * len(chosen) if sets is None else [None if s is None else settings(s) for s in sets]
         self._native.reset(chosen, seeds_of, sets_of)
@@ -151,7 +151,7 @@ class Batch:
         self._native.set(path, key, list(values))
 
     def fork(self, world: int, into: Optional[Sequence[int]] = None) -> None:
-        """Copy the state of one world to others, by default to all. They must have the same seed and changes."""
+        """Copy the state of one world to others, by default to all. All must have the same seed and changes."""
         others = range(self.n) if into is None else numbers(into, self.n)
         state = self._native.snapshot(world)
         self._native.restore([other for other in others if other != world], state)
@@ -163,7 +163,7 @@ class Batch:
         return self._native.snapshot(world)
 
     def restore(self, worlds: Sequence[int], snapshot: bytes) -> None:
-        """Restore worlds to a state of this scene."""
+        """Restore worlds to a state that `snapshot` returned for this scene."""
         chosen = numbers(worlds, self.n)
         self._native.restore(chosen, snapshot)
         self.running[chosen] = True
@@ -230,26 +230,27 @@ def cores() -> int:
 
 
 def numbers(worlds: Any, n: int) -> List[int]:
-    """Return the indices of worlds, which are given as indices or as a mask."""
+    """Return the indices of the worlds that `worlds` selects: indices, or a boolean mask of length `n`."""
     array = np.asarray(worlds)
     if array.dtype == bool:
         if array.shape != (n,):
-            raise ValueError(f"expected a mask for {n} worlds, found an array of shape {array.shape}")
+            raise ValueError(f"expected a boolean mask of shape ({n},), one value per world; found shape {array.shape}")
         return [int(w) for w in np.flatnonzero(array)]
     chosen = [int(w) for w in array.reshape(-1)]
     for world in chosen:
         if not 0 <= world < n:
-            raise IndexError(f"there is no world {world}; expected a number from 0 to {n - 1}")
+            raise IndexError(f"there is no world {world}; expected an index from 0 to {n - 1}")
     return chosen
 
 
 def spread(changes: Optional[Mapping[str, Any]], n: int) -> List[Dict[str, Any]]:
-    """Return the changes for each of `n` worlds."""
+    """Return one dictionary of changes per world; a sequence of length `n` gives each world its own value."""
     out: List[Dict[str, Any]] = [{} for _ in range(n)]
     for key, value in (changes or {}).items():
         each = isinstance(value, (list, tuple, np.ndarray)) and len(value) == n
         if isinstance(value, (list, tuple, np.ndarray)) and not each:
-            raise ValueError(f"`{key}` has {len(value)} values for {n} worlds; expected one for each, or one for all")
+            expected = f"expected {n} values, one per world, or a single value for all worlds"
+            raise ValueError(f"`{key}` has {len(value)} values; {expected}")
         for world in range(n):
             out[world][key] = value[world] if each else value
     return out

@@ -53,7 +53,7 @@ class Namespace:
         if full not in known:
             if any(other.startswith(full + ".") for other in known):
                 return Namespace(self._world, full)
-            raise AttributeError(f"no plugin offers the command `{full}`{_near(full, known)}")
+            raise AttributeError(f"no plugin provides the command `{full}`{_near(full, known)}")
         world = self._world
 
         def command(*args: Any) -> Any:
@@ -62,7 +62,7 @@ class Namespace:
         command.__name__ = command.__qualname__ = name
         command.__doc__ = docstring(known[full])
         command.__signature__ = signature(known[full])
-        # Stored as an attribute, so that `__getattr__` is not called the next time.
+        # The command is stored as an attribute, so that `__getattr__` is not called again for it.
         self.__dict__[name] = command
         return command
 

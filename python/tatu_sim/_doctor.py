@@ -14,7 +14,7 @@ SCENE, STEPS, HASH = "first/pioneer_avoids_walls.toml", 200, 0x38EBB9C9559C878B
 
 
 def doctor(args: Sequence[str] = ()) -> int:
-    """Print the installed components, and run a scene. Return the exit code: 0 if the scene ends in the known state."""
+    """Print the installed components, and run a scene. Return exit code 0 if the scene ends in the expected state."""
     if args:
         print(f"usage: {sys.executable} -m tatu_sim doctor", file=sys.stderr)
         return 2

@@ -59,7 +59,7 @@ class Acted(NamedTuple):
 
 
 class Term(NamedTuple):
-    """A term of the reward, or a condition of the end."""
+    """A term of the reward, or a condition that ends an episode."""
 
     place: str
     #: None if the term is a constant or depends on the action.
@@ -249,7 +249,7 @@ def _draw(place: str, key: str, table: Any) -> Draw:
             "choice": "a list with the values to choose from",
             "normal": "[mean, deviation]",
             "integers": "[lowest, highest]",
-        }.get(kind, "[low, high]; for several numbers two lists of them")
+        }.get(kind, "[low, high], both numbers or both lists of the same length")
         raise ValueError(f"{place} {kind}: {values!r} is invalid; expected {wanted}")
     if kind == "choice":
         for value in values:
@@ -360,7 +360,7 @@ def _index(place: str, table: Mapping[str, Any]) -> Optional[Tuple[int, ...]]:
     if not isinstance(given, (list, tuple)):
         given = [given]
     if not given:
-        raise ValueError(f"{place} index: the list is empty; expected indices from 0, or omit the key for all elements")
+        raise ValueError(f"{place} index: the list is empty; expected indices, or no key to select all elements")
     return tuple(_count(place, "index", i, 0) for i in given)
 
 

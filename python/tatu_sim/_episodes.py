@@ -32,10 +32,10 @@ class Episodes:
     Args:
         n: Number of worlds.
         scene, text, folder, scripts, allow, plugins, files, quiet: As for `Batch`.
-        env: Keys that replace those of the scene's table `[env]`; None removes one.
+        env: Keys that replace those of the scene's table `[env]`; the value None removes a key.
         set: Changes to the scene, the same for all worlds.
         threads: Number of threads.
-        reward, end: Functions whose values are added to the terms of the table.
+        reward, end: Functions whose results are combined with the terms and conditions of the table.
         dtype: Type of observations and actions.
     """
 
@@ -111,14 +111,14 @@ class Episodes:
         sources = [o.source for o in d.observe] + [t.source for t in terms if t.source] + list(d.watch.values())
         names = dict.fromkeys((path, s.field) for s in sources for path in s.objects)
         acted = [((path, a.field), a) for a in d.act for path in a.objects]
-        # One by one, so that errors can state the location.
+        # Each source is looked up separately, so that errors can state its location.
         for s in sources:
             with _Place(s.place):
                 self.batch.bind([(path, s.field) for path in s.objects])
         for name, a in acted:
             with _Place(a.place):
                 self.batch.bind([name], [name])
-                # Sets the current value, to find out whether the property can be set.
+                # Set the current value, to check that the property can be set.
                 self.batch.step(self.batch.observations, 0)
         self.batch.bind(list(names), [name for name, _ in acted])
         seen, set_ = self.batch.shapes
@@ -144,9 +144,9 @@ class Episodes:
     def begin(
         self, worlds: Sequence[int], randoms: Sequence[np.random.Generator], extra: Optional[Mapping[str, Any]] = None
     ) -> List[Dict[str, Any]]:
-        """Start episodes in these worlds, and return their infos. Random values are drawn from the worlds' generators.
+        """Start an episode in each of these worlds, and return the infos. `randoms` has a generator for each of them.
 
-        The seed of the world is drawn first, then the changes of `[env.random]` in their order.
+        A generator draws the seed of the world first, and then the changes of `[env.random]` in their order.
         """
         for world, random in zip(worlds, randoms):
             seed = int(random.integers(1 << 53))
@@ -169,18 +169,18 @@ class Episodes:
     def advance(
         self, actions: np.ndarray, worlds: Optional[np.ndarray] = None
     ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Run a step of the environment in the worlds of a mask, by default in all.
+        """Run one environment step in the worlds that a mask selects, by default in all.
 
         Returns:
             Observations, rewards, and whether the episode was terminated or truncated, for all worlds. For worlds that
-            were not stepped, the reward is 0, and the episode counts as neither terminated nor truncated.
+            were not stepped, the reward is 0, and both flags are False.
         """
         given = np.asarray(actions, dtype=np.float64).reshape(self.n, -1)
         if given.shape[1] != len(self.act_low):
-            raise ValueError(f"{given.shape[1]} numbers of an action were given; expected {len(self.act_low)}")
+            raise ValueError(f"an action has {given.shape[1]} values; expected {len(self.act_low)}")
         clipped = np.minimum(np.maximum(given, self.act_low), self.act_high)
         if not np.isfinite(clipped).all():
-            raise ValueError("an action is NaN; expected numbers: the policy may have diverged")
+            raise ValueError("an action contains NaN; the policy may have diverged")
         numbers = self.batch.step(clipped, self.description.steps, worlds=worlds)
         gaps = bool(np.isnan(numbers).any())
         observations = self._observe(numbers, gaps)
@@ -263,7 +263,7 @@ class Numbers:
                 columns.append(all_)
                 continue
             if max(source.index) >= len(all_):
-                have = f"has {len(all_)} numbers" if len(all_) != 1 else "is one number"
+                have = f"has {len(all_)} values" if len(all_) != 1 else "is a single value"
                 expected = f"expected indices from 0 to {len(all_) - 1}"
                 raise ValueError(f"{source.place} index: `{source.field}` of `{path}` {have}; {expected}")
             columns.append(all_[list(source.index)])
@@ -272,10 +272,10 @@ class Numbers:
         self.nan, self.zero = source.nan, source.zero
         self.size = len(self.columns) if source.reduce is None else 1
         if source.reduce is not None and not len(self.columns):
-            raise ValueError(f"{source.place} reduce: `{source.field}` has no numbers")
+            raise ValueError(f"{source.place} reduce: `{source.field}` has no values")
 
     def __call__(self, numbers: np.ndarray, gaps: bool) -> np.ndarray:
-        """Return the values of the source; `gaps` is set if there may be NaN among the observations."""
+        """Return the values of the source. `gaps` states whether the observations can contain NaN."""
         x = numbers.take(self.columns, axis=1)
         if gaps:
             x[np.isnan(x)] = self.nan
@@ -285,8 +285,8 @@ class Numbers:
 
 
 def reduced(x: np.ndarray, how: str) -> np.ndarray:
-    """Reduce each row to a number. Rows must be contiguous, so that the order of summation does not depend on their
-    number."""
+    """Reduce each row to a number. Rows must be contiguous in memory, so that the order of summation does not depend
+    on the number of rows."""
     if how == "first":
         return x[:, 0].copy()
     if how == "min":

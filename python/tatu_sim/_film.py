@@ -14,7 +14,7 @@ class Film:
     def save(self, file) -> None:
         """Write the page to an `.html` file, which any browser can play from disk."""
         if Path(file).suffix not in (".html", ".htm"):
-            raise ValueError(f"{file}: a film is a page; expected a name that ends in `.html`")
+            raise ValueError(f"{file}: a film is written as an HTML page; expected a name that ends with .html or .htm")
         Path(file).write_text(self.page, encoding="utf-8")
 
     def _repr_html_(self) -> str:

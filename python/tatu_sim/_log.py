@@ -1,4 +1,4 @@
-"""Output of worlds."""
+"""Prints and logs the output of worlds."""
 
 import logging
 import sys

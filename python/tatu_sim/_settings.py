@@ -22,7 +22,7 @@ def toml(value: Any) -> str:
     if isinstance(value, float):
         # `repr` preserves the exact value; infinities and NaN have the same spelling in TOML.
         return repr(float(value))
-    raise TypeError(f"a {type(value).__name__} cannot be written as TOML; expected a number, text, bool, list or dict")
+    raise TypeError(f"a {type(value).__name__} cannot be written as TOML; expected a number, str, bool, list or dict")
 
 
 def whole(name: str, value: Any, least: int = 0) -> int:
@@ -30,9 +30,9 @@ def whole(name: str, value: Any, least: int = 0) -> int:
     try:
         number = operator.index(value)
     except TypeError:
-        raise TypeError(f"`{name}` is {value!r}; expected a whole number") from None
+        raise TypeError(f"`{name}` is {value!r}; expected an integer") from None
     if not least <= number < 2**64:
-        raise ValueError(f"`{name}` is {number}; expected {least} to 2**64 - 1")
+        raise ValueError(f"`{name}` is {number}; expected an integer from {least} to 2**64 - 1")
     return number
 
 

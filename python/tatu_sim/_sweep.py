@@ -17,7 +17,7 @@ from ._world import setup
 
 __all__ = ["CheckError", "Job", "Rows", "sweep"]
 
-# Reused, because `json.dumps` would create an encoder for each call.
+# The encoder is reused, because `json.dumps` would create a new one for each call.
 _encode = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 
 
@@ -62,7 +62,7 @@ def sweep(
     Args:
         jobs: `Job`s or dicts with the same keys; or a sweep file, which names its scene.
         scene, text, folder, set, scripts: As for `World`, for all jobs.
-        executor: None: one job after the other in this process. Any `concurrent.futures.Executor`, such as
+        executor: None: run the jobs one after the other in this process. Any `concurrent.futures.Executor`, such as
             `ProcessPoolExecutor()`. `"ray"`: the Ray cluster that `ray.init()` finds; see also `ray_executor`.
         output: A file of rows, `.jsonl` or `.parquet`, which is filled while the sweep runs. Jobs whose rows it already
             contains are not run again, so that the same call continues an interrupted sweep.
@@ -172,11 +172,11 @@ def _simple(value: Any, where: str) -> Any:
         raise ValueError(f"`{where}` is {value}; expected a finite number")
     if value is None or isinstance(value, (int, float, str)):
         return value
-    raise TypeError(f"`{where}` is a {type(value).__name__}; expected a number, text, bool, list or dict")
+    raise TypeError(f"`{where}` is a {type(value).__name__}; expected a number, str, bool, list or dict")
 
 
 def restored(row: Row, text: str) -> Row:
-    """Return a row of a file with the parameters of the job, since a column with 8, 8.5 and 9.5 stores 8 as 8.0."""
+    """Return a row read from a file, with the parameters of the job: a column of 8, 8.5 and 9.5 stores 8 as 8.0."""
     job = json.loads(text)
     row = {**row, "seed": job.get("seed"), "set": job.get("set") or {}}
     metrics = row.get("metrics") or {}

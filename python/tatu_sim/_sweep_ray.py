@@ -7,7 +7,7 @@ from typing import Any, Callable, Dict, Optional
 try:
     import ray
 except ImportError as e:
-    raise ImportError('Ray is not installed; `pip install "tatu-sim[ray]"` on all machines of the cluster') from e
+    raise ImportError('Ray is not installed; run `pip install "tatu-sim[ray]"` on all machines of the cluster') from e
 
 
 def ray_executor(
@@ -23,7 +23,7 @@ def ray_executor(
     Args:
         address: The cluster, such as `"10.0.0.1:6379"`; by default the one that `ray.init()` finds, or a new one on
             this machine. It has no effect if Ray is already initialized.
-        max_retries: How often a chunk of jobs is retried after its machine or process died.
+        max_retries: Number of times a chunk of jobs is retried after its machine or process has died.
         cpus: Number of CPUs per worker.
         scheduling_strategy: The strategy by which Ray places the workers.
         init: Further arguments of `ray.init`, such as `runtime_env`.
@@ -47,7 +47,7 @@ class Task(Future):
             else:
                 self.set_exception(e)
         except InvalidStateError:
-            pass  # It was cancelled.
+            pass  # The future was cancelled.
 
     def cancel(self) -> bool:
         if not super().cancel():

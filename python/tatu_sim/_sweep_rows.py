@@ -22,7 +22,7 @@ logger = logging.getLogger("tatu_sim")
 
 #: Fields of rows that depend on the machine and its load.
 MACHINE = ("wall_s", "host", "pid")
-#: Extensions of supported files.
+#: Suffixes of the supported types of files.
 JSONL, PARQUET = ".jsonl", ".parquet"
 
 _encode = json.JSONEncoder(ensure_ascii=False).encode
@@ -59,7 +59,7 @@ class Rows(_Sequence):
 
     `key`, `seed`, `set`, `steps`, `time`, `metrics`, `hash` and `faults` depend only on the scene and the job;
     `wall_s`, `host` and `pid` are the duration, machine and process. A failed job has `error` instead of results.
-    `rows[KEY]` is the row with a key; `keys` are the keys of the jobs in the order in which they were given.
+    `rows[KEY]` is the row with that key; `keys` are the keys of the jobs in the order in which they were given.
     """
 
     def __init__(self, rows: Iterable[Row], keys: Optional[Iterable[str]] = None):
@@ -72,7 +72,7 @@ class Rows(_Sequence):
         """Read the rows of one or more files, `.jsonl` or `.parquet`, such as those of the tasks of a job array.
 
         Raises:
-            CheckError: Two files have different rows for the same job.
+            CheckError: Two files contain different rows for the same job.
         """
         rows: Dict[str, Row] = {}
         for file in files:
@@ -127,7 +127,7 @@ class Rows(_Sequence):
 
 
 def merge(rows: Dict[str, Row], row: Row) -> None:
-    """Add a row. A row with an error never replaces one without."""
+    """Add a row. A row with an error never replaces a row without an error."""
     if "error" not in row or "error" in rows.get(row["key"], row):
         rows[row["key"]] = row
 
@@ -177,7 +177,7 @@ def table(rows: List[Row]) -> Any:
 
 
 def _parameter(name: str, values: List[Any]) -> Tuple[Any, Any]:
-    """Return the column of a parameter: of the values' common type if there is one, otherwise of JSON."""
+    """Return the column of a parameter: of the values' common type if there is one, otherwise of JSON strings."""
     import pyarrow as pa
 
     def kind_of(value: Any) -> str:
@@ -208,7 +208,7 @@ def rows_of(table: Any) -> List[Row]:
     """Convert a PyArrow table to rows."""
     rows: List[Row] = [{} for _ in range(table.num_rows)]
     if not {"key", "seed", "steps", "time", "hash", "faults"} <= set(table.column_names):
-        raise ValueError("its columns are not those of rows of a sweep")
+        raise ValueError("it lacks some of the columns key, seed, steps, time, hash and faults")
     for field in table.schema:
         part, dot, name = field.name.partition(".")
         is_json = (field.metadata or {}).get(b"json") == b"true"
@@ -233,7 +233,7 @@ def rows_of(table: Any) -> List[Row]:
 
 
 def read_file(path: Path) -> List[Row]:
-    """Read the rows of a file, in its order."""
+    """Read the rows of a file, in file order."""
     if kind(path) == JSONL:
         return read_lines(path, path.read_bytes())[0]
     import pyarrow.parquet
@@ -245,7 +245,7 @@ def read_file(path: Path) -> List[Row]:
 
 
 def read_lines(path: Path, data: bytes) -> Tuple[List[Row], int]:
-    """Read rows as JSON lines; return them with their size in bytes. An incomplete last line is ignored."""
+    """Return the rows in JSON lines, and the length of these lines in bytes. An incomplete last line is ignored."""
     rows: List[Row] = []
     whole = 0
     while whole < len(data):
@@ -256,8 +256,8 @@ def read_lines(path: Path, data: bytes) -> Tuple[List[Row], int]:
             if 0 <= end < len(data) - 1:
                 line_number = data.count(b"\n", 0, whole) + 1
                 raise ValueError(
-                    f"{path}, line {line_number}: this is not a row of a sweep; use another file, or remove the line, "
-                    "whose job is then run again"
+                    f"{path}, line {line_number}: this is not a row of a sweep; use another file, or remove the line "
+                    "so that its job is run again"
                 )
             break
         if row is not None:
@@ -310,7 +310,8 @@ if hasattr(os, "register_at_fork"):
 class Output:
     """A file that is filled while a sweep runs, and which a later sweep can continue.
 
-    Rows are appended as JSON lines: to the file itself, or to one next to a Parquet file, which is written at the end.
+    Rows are appended as JSON lines to the file itself or, for a Parquet file, to a file next to it, from which the
+    Parquet file is written at the end.
     """
 
     def __init__(self, path: PathLike):
@@ -360,7 +361,7 @@ class Output:
             file.close()
 
     def write(self, rows: List[Row]) -> None:
-        """Append rows."""
+        """Append rows to the file, and to `rows`."""
         self._add(rows)
         data = "".join(_encode(row) + "\n" for row in rows).encode()
         while data:

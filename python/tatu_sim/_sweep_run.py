@@ -21,7 +21,8 @@ logger = logging.getLogger("tatu_sim")
 CHUNK = 0.75
 #: Maximum number of jobs in a chunk.
 MOST_JOBS = 10_000
-#: How often a check that reaches the worker of the first run is submitted again before that worker runs it: for 5 s.
+#: Number of times a check that reaches the worker of the first run is submitted again (for about 5 s in total) before
+#: that worker runs it.
 TRIES = 20
 #: Time to wait for the rows of running chunks when the sweep is interrupted, s.
 GRACE = 2.0
@@ -36,7 +37,7 @@ class Planned(NamedTuple):
 
 
 class Check:
-    """A job that must be run a second time; its row is written only if both runs yield the same."""
+    """A job that must be run a second time; its row is written only if both runs yield the same row."""
 
     def __init__(self, job: Planned, row: Row, worker: Worker):
         self.job, self.row, self.worker = job, row, worker
@@ -63,7 +64,7 @@ class Serial(Executor):
 
 
 class Run:
-    """A running sweep."""
+    """A running sweep: its queued and pending jobs, and the rows collected so far."""
 
     def __init__(
         self, bundle: Bundle, executor: Executor, out: Optional[Output], on_error: str, record: Optional[str]
@@ -125,7 +126,7 @@ class Run:
     # ------------------------------------------------------------------------------------------------- giving out work
 
     def give(self) -> bool:
-        """Submit chunks until each worker has one and another one is queued for it. Return whether any is pending."""
+        """Submit chunks until each worker runs one and has another one queued. Return whether any chunk is pending."""
         self.count_slots()
         most = 1 if isinstance(self.executor, Serial) else 2 * self.slots
         now = time.monotonic()
@@ -155,7 +156,8 @@ class Run:
         self.slots, self.slots_at = max(1, known or os.cpu_count() or 1), now
 
     def submit(self, chunk: Chunk) -> None:
-        # A second worker may still be starting, so the first one runs its own checks only after some seconds.
+        # A check should run on another worker, which may still be starting, so a worker repeats its own jobs only after
+        # some seconds.
         alone = self.slots == 1
         checks = [(c.job.key, c.job.text, None if alone or c.tries >= TRIES else c.worker) for c in chunk.checks]
         jobs = [(job.key, job.text) for job in chunk.jobs]
@@ -231,7 +233,7 @@ class Run:
             self.largest = max(self.largest, len(all_ran))
 
     def lost(self, chunk: Chunk, e: BaseException) -> None:
-        """Handle a chunk whose worker died."""
+        """Handle a chunk whose worker has died."""
         lost = getattr(self.executor, "lost", None)
         if isinstance(e, BrokenExecutor):
             raise _native.Error(
@@ -249,7 +251,7 @@ class Run:
                 self.submit(Chunk([], [check]))
             return
         job = chunk.jobs[0] if chunk.jobs else chunk.checks[0].job
-        text = f"the job {job.key}: {job.text}: no worker survived it: {e}"
+        text = f"no worker survived the job {job.key} ({job.text}): {e}"
         if self.stop_on_error or chunk.checks:
             raise _native.Error(text) from e
         self.keep([plain(row_of(Ran(job.key, None, {"message": text}, 0.0), job.text, ("", 0, 0)))])
@@ -259,7 +261,7 @@ class Run:
         return sorted(job.key for c in chunks for job in [*c.jobs, *(check.job for check in c.checks)])
 
     def cancel(self) -> None:
-        """Cancel queued chunks."""
+        """Cancel chunks that no worker has started yet."""
         for future in list(self.pending):
             future.cancel()
 
@@ -283,7 +285,7 @@ class Run:
 
 
 def row_of(ran: Ran, text: str, worker: Worker) -> Row:
-    """Return the row of a finished job, with the fields that depend on the machine at its end."""
+    """Return the row of a finished job. The fields that depend on the machine come last."""
     if ran.row is not None:
         row = json.loads(ran.row)
     else:

@@ -14,7 +14,7 @@ from typing import Any, Dict, NamedTuple, Optional, Sequence, Tuple
 
 from . import _native
 
-#: A worker: host, process and thread.
+#: A worker: host name, process id and thread id.
 Worker = Tuple[str, int, int]
 
 #: Maximum number of scenes that a process keeps open.
@@ -38,8 +38,7 @@ class Bundle(NamedTuple):
 
 
 class Work(NamedTuple):
-    """A chunk of jobs, each as key and JSON. Each of `checks` is run only if this worker is not the one given with
-    it."""
+    """A chunk of jobs and checks, each as key and JSON. A check is not run by the worker that is stored with it."""
 
     jobs: Sequence[Tuple[str, str]]
     checks: Sequence[Tuple[str, str, Optional[Worker]]] = ()
@@ -48,7 +47,7 @@ class Work(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """The result of a job: its row as JSON, or the error; `wall` is the duration in s."""
+    """The result of a job: its row as JSON, or the error. `wall` is the duration in s of real time."""
 
     key: str
     row: Optional[str]
@@ -57,13 +56,13 @@ class Ran(NamedTuple):
 
 
 class Done(NamedTuple):
-    """The result of a chunk. `left`: keys of the checks that this worker must not run."""
+    """The result of a chunk. `left` has the keys of the checks that must be run by another worker."""
 
     worker: Worker
     ran: Sequence[Ran] = ()
     checked: Sequence[Ran] = ()
     left: Sequence[str] = ()
-    #: The error if the scene cannot be opened here, so that no job was run.
+    #: The error, if the worker could not open the scene and therefore ran no job.
     refused: Optional[Dict[str, Any]] = None
 
 
@@ -133,7 +132,7 @@ def told(e: BaseException) -> Dict[str, Any]:
 
 
 def error(told: Dict[str, Any], prefix: str = "", kind: type = _native.Error) -> BaseException:
-    """Convert the data back to an error."""
+    """Convert the result of `told` back to an error."""
     e = kind(prefix + told["message"])
     for name in ("code", "text", "help", "file", "line"):
         setattr(e, name, told.get(name))

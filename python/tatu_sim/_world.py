@@ -190,7 +190,7 @@ class World(Namespaces):
         In the meantime, other Python threads can run, and Ctrl-C is handled.
         """
         if self._strict and n > 1:
-            # One by one, so that the run ends at the first error.
+            # Steps are run one by one, so that the run ends at the first error.
             done = 0
             while done < n and self.step(1):
                 done += 1
@@ -201,7 +201,7 @@ class World(Namespaces):
             whole("n", n)
             raise
         except BaseException:
-            # After Ctrl-C or an error, the lines that were logged before are still written.
+            # Even after Ctrl-C or an error, the lines that were logged before it are written.
             with contextlib.suppress(Exception):
                 self._flush()
             raise
@@ -228,7 +228,7 @@ class World(Namespaces):
         `progress`: show a bar; by default on a terminal, and only for runs that take longer than a second.
         """
         if not 0 <= seconds < float("inf"):
-            raise ValueError(f"`seconds` is {seconds}; expected a time of 0 s or more")
+            raise ValueError(f"`seconds` is {seconds}; expected a finite time of at least 0 s")
         steps = round(seconds / self.dt)
         shown = sys.stderr.isatty() if progress is None else progress
         if not shown:
@@ -253,7 +253,7 @@ class World(Namespaces):
         return done
 
     def reset(self, seed: Optional[int] = None, set: Optional[Mapping[str, Any]] = None) -> None:
-        """Reset the world to time 0. A given seed and given changes replace those from the creation of the world."""
+        """Reset the world to time 0. The given seed and changes replace those given when the world was created."""
         seed = None if seed is None else whole("seed", seed)
         self._native.reset(seed, None if set is None else settings(set))
         self.running = True
@@ -309,7 +309,7 @@ class World(Namespaces):
         return other
 
     def close(self) -> None:
-        """End the world, which cannot be used afterwards. Done automatically by `with` and by garbage collection."""
+        """End the world, which cannot be used afterwards. `with` and garbage collection do this automatically."""
         self._native.close()
 
     def __enter__(self) -> "World":
@@ -318,11 +318,11 @@ class World(Namespaces):
     def __exit__(self, *_: Any) -> None:
         self.close()
 
-    # -------------------------------------------------------------------------------------------------- what it holds
+    # ------------------------------------------------------------------------------------------------- the contents
 
     def __getitem__(self, path: str) -> Object:
         """Return an object, by path or unique name."""
-        # Fails with the nearest name if there is none.
+        # Raises an error that suggests the nearest name if there is no such object.
         self._native.get(path, "object.path")
         return Object(self, path)
 
@@ -355,7 +355,7 @@ class World(Namespaces):
         return Reading(self._native.reading(path))
 
     def view(self, path: str, name: str) -> np.ndarray:
-        """Return an array with a property, or a field of readings, which is updated after each step.
+        """Return an array that contains a property, or a field of readings, and is updated after each step.
 
         The array belongs to the caller and outlives the world. Writing to it does not affect the world.
         """
@@ -439,7 +439,7 @@ def setup(scene, text, folder, seed, changes, scripts, allow, services, plugins,
     if (scene is None) == (text is None):
         raise TypeError("expected either `scene` or `text`")
     if not 1 <= threads <= 256:
-        raise ValueError(f"`threads` is {threads}; expected 1 to 256")
+        raise ValueError(f"`threads` is {threads}; expected a number from 1 to 256")
     return {
         "scene": None if scene is None else os.fspath(scene),
         "text": text,

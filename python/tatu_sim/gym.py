@@ -19,7 +19,7 @@ import numpy as np
 try:
     import gymnasium
 except ImportError as e:
-    raise ImportError('tatu_sim.gym needs Gymnasium 1.1 or later: pip install "tatu-sim[gym]"') from e
+    raise ImportError('tatu_sim.gym requires Gymnasium 1.1 or later; run `pip install "tatu-sim[gym]"`') from e
 
 from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
@@ -35,7 +35,7 @@ RENDER_MODES = ["rgb_array"]
 
 
 def _spaces(episodes: Episodes) -> Tuple[gymnasium.spaces.Box, gymnasium.spaces.Box]:
-    """The spaces of observations and actions of one world."""
+    """Return the spaces of observations and actions of a single world."""
     dtype = episodes.dtype
     low, high = episodes.observe_bounds
     observe = gymnasium.spaces.Box(low, high, dtype=dtype)
@@ -56,7 +56,7 @@ def _changes(options: Optional[Mapping[str, Any]]) -> Optional[Mapping[str, Any]
     """Return the changes to the scene for one episode, from the options of a reset."""
     for key in options or {}:
         if key not in ("set", "reset_mask"):
-            raise ValueError(f"unknown option {key!r} of `reset`; expected 'set': a dict of changes for this episode")
+            raise ValueError(f"unknown option {key!r} of `reset`; expected 'set' (a dict of changes) or 'reset_mask'")
     return (options or {}).get("set")
 
 
@@ -70,7 +70,7 @@ class Env(gymnasium.Env):
     Args:
         scene: A scene file, or the name of a scene that comes with the package.
         text, folder: The text of a scene file, instead of `scene`, and the folder to which its paths are relative.
-        env: Keys that replace those of the scene's table `[env]`; None removes one.
+        env: Keys that replace those of the scene's table `[env]`; the value None removes a key.
         set: Changes to the scene: `{"/Robot/leftMotor.max_force_nm": 2.0}`.
         reward: A function of observations, actions and watched values, `f(obs, act, watch)`, all with one row per
             world; it returns an array with one number per world, which is added to the terms of the table.
@@ -111,7 +111,7 @@ class Env(gymnasium.Env):
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[Dict[str, Any]] = None
     ) -> Tuple[np.ndarray, Dict[str, Any]]:
-        """Start an episode."""
+        """Start an episode; return the first observation and the info."""
         super().reset(seed=seed)
         infos = self._episodes.begin([0], [self.np_random], _changes(options))
         self._begun = True
@@ -143,7 +143,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         num_envs: Number of worlds.
         autoreset_mode: When worlds whose episode is over are reset: in the next step, in the same step, or not
             automatically (`AutoresetMode.DISABLED`), but by `reset(options={"reset_mask": mask})`.
-        threads: Number of threads; by default as many as there are cores.
+        threads: Number of threads; by default the number of cores.
         render_mode, camera, size: As for `Env`; `render` returns one picture for each world.
         description: All other arguments of `Env`.
     """
@@ -173,7 +173,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self._randoms: List[Optional[np.random.Generator]] = [None] * num_envs
         self._seeds: List[Optional[int]] = [None] * num_envs
         self._begun = np.zeros(num_envs, dtype=bool)
-        #: Worlds whose episode is over.
+        #: Mask of the worlds whose episode is over.
         self._over = np.zeros(num_envs, dtype=bool)
 
     @property
@@ -203,7 +203,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         seed: Union[None, int, Sequence[Optional[int]]] = None,
         options: Optional[Dict[str, Any]] = None,
     ) -> Tuple[np.ndarray, Dict[str, Any]]:
-        """Start an episode in all worlds, or in those of the option `reset_mask`.
+        """Start an episode in all worlds, or in those that the option `reset_mask` selects.
 
         An integer sets the seeds of the worlds to `seed`, `seed + 1` and so on; a list sets the seed of each world.
         """
@@ -212,7 +212,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         else:
             seeds = list(seed)
         if len(seeds) != self.num_envs:
-            raise ValueError(f"{len(seeds)} seeds were given for {self.num_envs} worlds")
+            raise ValueError(f"{len(seeds)} seeds were given for {self.num_envs} worlds; expected one for each")
         worlds = np.arange(self.num_envs)
         if options is not None and "reset_mask" in options:
             mask = options["reset_mask"]
@@ -261,7 +261,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return observations, rewards, ended, cut, infos
 
     def _begin(self, worlds: np.ndarray, infos: Dict[str, Any], changes: Optional[Mapping[str, Any]] = None):
-        """Start episodes, and add their infos to those of the step."""
+        """Start an episode in each of these worlds, and add its info to `infos`."""
         began = self._episodes.begin([int(w) for w in worlds], [self._random(w) for w in worlds], changes)
         for world, info in zip(worlds, began):
             infos = self._add_info(infos, info, world)

@@ -1,4 +1,4 @@
-"""Shared by all tests."""
+"""Fixtures and constants that the tests share."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""A Ray cluster for tests in namespaces of its own: it sees no other process and no network, and ends with its program.
+"""A Ray cluster for tests, in separate namespaces: it has no access to other processes or to the network, and ends with
+the program that started it.
 
     done = run_in_namespaces([sys.executable, "program.py"])    # or raises `NotAllowed`
     cluster = Cluster()             # in that program: a head without CPUs, and workers of one CPU each
@@ -18,10 +19,11 @@ from pathlib import Path
 from typing import Any, List, Set
 
 ADDRESS = "127.0.0.1:6399"
-#: Arguments of `ray_executor` for this cluster: without them Ray looks for the network that it does not have.
+#: Arguments of `ray_executor` for this cluster: without them, Ray requires a network, which the namespace
+#: does not provide.
 JOIN = {"_node_ip_address": "127.0.0.1", "logging_level": "ERROR"}
 
-# A machine that died is noticed within seconds.
+# With these settings, Ray detects within seconds that a machine has died.
 HEALTH = {
     "RAY_health_check_period_ms": "500",
     "RAY_health_check_failure_threshold": "3",
@@ -31,12 +33,12 @@ HEALTH = {
 
 
 class NotAllowed(Exception):
-    """There can be no such namespaces here."""
+    """Namespaces cannot be created on this machine."""
 
 
 def run_in_namespaces(command: List[str], **kwargs: Any) -> "subprocess.CompletedProcess[str]":
     """Runs a command in new network and process namespaces; it may start a `Cluster`."""
-    # The names of Ray's sockets must be short.
+    # The paths of Ray's sockets must be short.
     folder = tempfile.mkdtemp(prefix="ray", dir="/tmp")
     environment = {**(kwargs.pop("env", None) or os.environ), "TATU_TEST_RAY": folder}
     try:
@@ -46,7 +48,7 @@ def run_in_namespaces(command: List[str], **kwargs: Any) -> "subprocess.Complete
 
 
 def in_namespaces() -> List[str]:
-    """The beginning of a command line that runs another in new network and process namespaces."""
+    """Returns the start of a command line that runs another command in new network and process namespaces."""
     reason = "there is no `unshare`"
     for user in [[], ["--map-root-user"]]:
         command = ["unshare", *user, "--net", "--pid", "--fork", "--mount-proc", "--kill-child"]
@@ -57,15 +59,16 @@ def in_namespaces() -> List[str]:
         if tried.returncode == 0:
             return command
         reason = tried.stderr.strip()
-    raise NotAllowed(f"no network and process namespaces: {reason}")
+    raise NotAllowed(f"cannot create network and process namespaces: {reason}")
 
 
 class Cluster:
-    """Head and workers, which end with this process."""
+    """A head and workers, which end with this process."""
 
     def __init__(self, workers: int = 2):
         if os.getpid() != 1:
-            # `ray stop` would find processes of the whole machine; here, the end of the first process ends them.
+            # `ray stop` would stop processes of the whole machine. In a process namespace, all processes end with the
+            # first one, so `ray stop` is not needed.
             raise RuntimeError("a cluster for tests is started as the first process of a process namespace")
         up("lo")
         # A token in the user's home folder would be used by some of Ray's processes and not by others.
@@ -90,18 +93,18 @@ class Cluster:
         os.kill(self.raylets[node], signal.SIGKILL)
 
     def cpu_seconds(self) -> float:
-        """CPU time of all processes of the namespace so far, s."""
+        """Returns the CPU time that all processes of the namespace have used so far, s."""
         ticks = 0
         for stat in Path("/proc").glob("[0-9]*/stat"):
             try:
                 ticks += sum(map(int, stat.read_text().rpartition(")")[2].split()[11:13]))
             except OSError:
-                continue  # It has ended meanwhile.
+                continue  # The process has ended in the meantime.
         return ticks / os.sysconf("SC_CLK_TCK")
 
 
 def raylets() -> Set[int]:
-    """Processes of Ray's nodes."""
+    """Returns the ids of the processes of Ray's nodes."""
     found = set()
     for comm in Path("/proc").glob("[0-9]*/comm"):
         try:

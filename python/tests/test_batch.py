@@ -1,4 +1,4 @@
-"""Many worlds at once."""
+"""Tests of batches: many worlds that are stepped together."""
 
 import numpy as np
 import pytest
@@ -76,7 +76,7 @@ def test_wrong_batches_say_what_was_expected(falling):
     for wrong, text in (
         ({"n": 0}, "at least 1"),
         ({"n": 2, "seeds": [1]}, "1 seeds"),
-        ({"n": 3, "set": {"/ball.position_m": [[0, 0, 1], [0, 0, 2]]}}, "expected one for each"),
+        ({"n": 3, "set": {"/ball.position_m": [[0, 0, 1], [0, 0, 2]]}}, "expected 3 values, one per world"),
     ):
         with pytest.raises(ValueError, match=text):
             tatu_sim.Batch(text=falling, **wrong)
@@ -91,7 +91,7 @@ def test_a_reset_keeps_the_shapes_of_observations():
     with tatu_sim.World(scene) as world:
         scanner = next(path for path in world.sensors if path.endswith("/scanner"))
     with tatu_sim.Batch(scene, 2, observe=[(scanner, "range_scan.distance")]) as batch:
-        with pytest.raises(tatu_sim.Error, match="different numbers of observations"):
+        with pytest.raises(tatu_sim.Error, match="different shapes"):
             batch.reset([1], sets=[{"scanner.preset": "velodyne_vlp16"}])
         shape = batch.step().shape
         batch.reset([1], sets=[{}])

@@ -34,7 +34,7 @@ JOINT = {"object": "/rail/joint", "field": "joint.target_velocity", "low": -1, "
         ({"observe": {"object": "beam"}}, r"observe: expected a list of tables"),
         ({"observe": [{**BEAM, "low": 2, "high": 1}]}, r"observe\[0\]: `low` 2 is not below `high` 1"),
         ({"observe": [{**BEAM, "reduce": "avg"}]}, r"observe\[0\] reduce: expected `first`, .* found 'avg'"),
-        ({"observe": [{**BEAM, "index": 1}]}, r"observe\[0\] index: `proximity.distance` of `beam` is one number"),
+        ({"observe": [{**BEAM, "index": 1}]}, r"observe\[0\] index: `proximity.distance` of `beam` is a single value"),
         ({"observe": [{**BEAM, "object": "beem"}]}, r"observe\[0\]: there is no object `beem`; did you mean `beam`\?"),
         ({"observe": [{**BEAM, "field": "proximity.distanze"}]}, r"observe\[0\]: .*proximity.distanze"),
         ({"act": [{"object": "/rail/joint", "field": "joint.target_velocity"}]}, r"act\[0\]: `low` is missing"),
@@ -91,7 +91,7 @@ def test_distributions():
 
 
 def test_what_takes_the_place_of_nothing():
-    """A proximity sensor reports 0 when it sees nothing; a lost element of a scan is NaN or infinite."""
+    """A proximity sensor reports 0 if it detects nothing; a lost element of a scan is NaN or infinite."""
     env = {"observe": [BEAM, {**BEAM, "zero": 7.0, "high": 5.0}], "random": None}
     with Episodes(2, text=SLED, env=env) as episodes:
         episodes.begin([0, 1], [np.random.default_rng(1)] * 2, {"/wall.position_m": [9.0, 0.0, 0.3]})

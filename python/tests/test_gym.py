@@ -1,4 +1,4 @@
-"""Environments for Gymnasium."""
+"""Tests of the environments for Gymnasium."""
 
 import os
 import subprocess
@@ -27,7 +27,7 @@ def sled(**arguments):
 
 
 def same(a, b):
-    """Whether two infos, or arrays, have the same bits."""
+    """Returns whether two infos, or arrays, are bit-identical."""
     if isinstance(a, dict):
         return isinstance(b, dict) and a.keys() == b.keys() and all(same(a[k], b[k]) for k in a)
     a, b = np.asarray(a), np.asarray(b)
@@ -47,7 +47,8 @@ def test_checker(arguments):
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter("always")
         check_env(env)
-    # It was not made by `gymnasium.make`, and actions have the bounds and units of the property.
+    # These warnings are expected: the environment was not created by `gymnasium.make`, and actions have the bounds and
+    # units of the property.
     harmless = ("spec", "symmetric and normalized")
     assert [str(w.message) for w in seen if not any(h in str(w.message) for h in harmless)] == []
 
@@ -86,7 +87,7 @@ def test_vector_equals_sync(mode, scene, n):
     low, high = ours.action_space.low, ours.action_space.high
     over = episodes = 0
     for step in range(steps):
-        # Actions that persist for a while, so that episodes end at the bounds, too.
+        # Actions persist for a while, so that some episodes end at the bounds.
         if step % 10 == 0:
             actions = random.uniform(1.2 * low, 1.2 * high).astype(np.float32)
         (a, *a_rest), (b, *b_rest) = ours.step(actions), theirs.step(actions)
@@ -133,7 +134,7 @@ def test_seed_decides_everything():
     one, other, again = run(1), run(2), run(1)
     assert same(one[0][1], again[0][1]) and one[1] == again[1]
     assert one[0][1]["seed"] != other[0][1]["seed"] and one[1] != other[1]
-    # Without a seed, the next episode is another one.
+    # Without a seed, the next episode is different.
     assert env.reset()[1]["seed"] != one[0][1]["seed"]
 
 
@@ -160,7 +161,7 @@ def test_changes_for_all_episodes_and_for_one():
 
 
 def test_first_observation_is_measured():
-    """A sensor that has not measured yet reports 0: `settle` steps come first."""
+    """A sensor that has not been measured yet reports 0, so `settle` steps are run first."""
     observation, _ = sled(env={"observe": [{"object": "beam", "field": "sensor.measured"}]}).reset(seed=1)
     assert observation[0] == 1
     observation, _ = sled(env={"observe": [{"object": "beam", "field": "sensor.measured"}], "settle": 3}).reset(seed=1)
@@ -231,7 +232,7 @@ def test_use_out_of_turn():
     env.reset()
     with pytest.raises(ValueError, match="NaN"):
         env.step([np.nan])
-    with pytest.raises(ValueError, match="2 numbers of an action were given; expected 1"):
+    with pytest.raises(ValueError, match="an action has 2 values; expected 1"):
         env.step([0.0, 1.0])
     vector = VectorEnv(text=SLED, num_envs=2, autoreset_mode="Disabled", env={"seconds": 0.05})
     vector.reset(seed=1)

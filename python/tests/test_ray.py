@@ -33,7 +33,7 @@ def test_a_machine_dies_and_the_rows_are_those_of_one_process(tmp_path):
 
 
 def inside(out: Path) -> None:
-    """What runs in the namespaces."""
+    """The part of the test that runs in the namespaces."""
     import tatu_sim
 
     way = {"object": "/Pioneer_p3dx", "field": "object.world_pose", "index": 0, "over": "way"}

@@ -97,7 +97,7 @@ def test_rows_are_the_same_wherever_they_are_made(scene, tmp_path):
         threads = tatu_sim.sweep(jobs(), scene, executor=pool, check=1.0)
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
         spawned = tatu_sim.sweep(jobs(), scene, executor=pool, check=1.0)
-        # Workers have the scene open now.
+        # The workers have already opened the scene.
         again = tatu_sim.sweep(jobs(range(4, 8)), scene, executor=pool)
     assert {row["pid"] for row in spawned}.isdisjoint({os.getpid()})
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("fork")) as pool:
@@ -113,7 +113,7 @@ def test_rows_are_those_of_the_command_line(scene, tmp_path):
     assert done.returncode == 0, done.stderr
     serial = tatu_sim.sweep(jobs(), scene)
     assert Rows.read(out).without_machine() == serial.without_machine()
-    # Each continues what the other began.
+    # The command line and the module can continue each other's sweeps.
     before = out.read_text()
     assert tatu_sim.sweep(jobs(), scene, output=out).without_machine() == serial.without_machine()
     assert {row["host"] for row in Rows.read(out)} == {json.loads(before.splitlines()[0])["host"]}
@@ -363,7 +363,7 @@ def test_wrong_arguments(scene):
         tatu_sim.sweep([{"seconds": 1}, {"seconds": 1, "sed": 3}], scene)
     with pytest.raises(ValueError, match="expected a finite number"):
         tatu_sim.sweep([Job(1.0, set={"/ball.mass_kg": float("inf")})], scene)
-    with pytest.raises(TypeError, match="expected a number, text"):
+    with pytest.raises(TypeError, match="expected a number, str"):
         tatu_sim.sweep([Job(1.0, set={"/ball.mass_kg": object()})], scene)
     with pytest.raises(ValueError, match="on_error"):
         tatu_sim.sweep([], scene, on_error="ignore")
@@ -434,7 +434,7 @@ def test_a_line_shows_how_far_it_is(scene, capsys):
 
 
 def wrap(monkeypatch, kind):
-    """Puts something between the sweep and the native part; returns the list of all that was wrapped."""
+    """Wraps the native part of sweeps in `kind`; returns the list of wrappers created so far."""
     made = []
     opened = _sweep_worker.opened
 
@@ -449,7 +449,7 @@ def wrap(monkeypatch, kind):
 
 
 def count_runs(monkeypatch):
-    """A list that gets each job that is run in this process."""
+    """Returns a list to which each job that is run in this process is appended."""
     ran = []
 
     class Counted:

@@ -1,4 +1,4 @@
-"""A world: what it holds, its run, its states, and its errors."""
+"""Tests of a world: its contents, its run, its states, and its errors."""
 
 import gc
 import json
@@ -152,7 +152,7 @@ def test_any_thread_may_use_a_world_and_worlds_run_at_once():
     for thread in threads:
         thread.join()
     assert world.steps == other.steps == 40 and world.hash == other.hash
-    # Dropped by a thread that did not make it.
+    # The worlds are dropped by a thread that did not create them.
     worlds = [world, other]
     del world, other
     thread = threading.Thread(target=worlds.clear)
@@ -322,7 +322,7 @@ def test_a_film_is_a_page_of_its_own():
         film = world.show()
         assert "<html" in film.page.lower() and 'src="http' not in film.page
         assert film._repr_html_().startswith("<iframe")
-        with pytest.raises(ValueError, match="ends in `.html`"):
+        with pytest.raises(ValueError, match="ends with .html"):
             film.save("film.mp4")
         assert world.step(1) == 1
     with tatu_sim.World(PIONEER) as world, pytest.raises(ValueError, match="film=True"):
@@ -351,7 +351,7 @@ def test_import_is_fast_and_brings_little():
         "print(time.perf_counter() - begin, [m for m in ('gymnasium', 'ray', 'pyarrow', 'asyncio') if m in sys.modules])"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    # How long it takes is measured by bench/python.py; this is what makes it long.
+    # bench/python.py measures the import time; importing these modules would make it long.
     assert out.endswith("[]\n"), out
 
 
@@ -373,7 +373,7 @@ def test_the_process_stays_as_its_owner_sets_it(tmp_path, monkeypatch, caplog):
         monkeypatch.chdir(tmp_path)
         handler = lambda *_: None
         before = signal.signal(signal.SIGUSR1, handler)
-        # More steps than lie between two full checks of what plugins have changed.
+        # Run more steps than lie between two full checks of what plugins have changed in the process.
         world.step(200)
         assert os.getcwd() == str(tmp_path) and signal.getsignal(signal.SIGUSR1) is handler
         signal.signal(signal.SIGUSR1, before)

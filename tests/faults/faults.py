@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Makes the faulty plugins that README.md lists.
+"""Creates the faulty plugins listed in README.md.
 
 faults.py list                      names of the faults
 faults.py make NAME|all OUT         writes OUT/NAME/ with the changed source, and builds it
-faults.py make none OUT             the same for the plugins as they are
+faults.py make none OUT             the same for the unchanged plugins
 faults.py check                     compares the changes, expected.json and README.md with each other and the header
 
 C and C++ are built by $CC and $CXX, or cc and c++. Rust is written as a crate, and built only with --rust.
@@ -63,7 +63,7 @@ FAULTS = [
     ("state_holds_pointer", "c_command", [(
         '''  state *kept = call->state;
   return tatu_return(call, tatu_int(++kept->count));''',
-        '''  state **kept = call->state; // made at the first call, and found again through the block
+        '''  state **kept = call->state; // allocated at the first call
   if (!*kept && !(*kept = calloc(1, sizeof **kept))) return tatu_call_fail(call, TATU_ERR, "out of memory");
   return tatu_return(call, tatu_int(++(*kept)->count));''',
     )]),
@@ -76,7 +76,7 @@ FAULTS = [
             number(&mut out, *count as u64);
         }
 ''',
-        '''        number(&mut out, 0); // waits
+        '''        number(&mut out, 0); // no waiting calls
 ''',
     )]),
     ("load_ignores_version", "notes", [(
@@ -115,7 +115,7 @@ FAULTS = [
         '  tatu_str name = tatu_arg_text(call, 0), text = tatu_arg_text(call, 1);\n  double time;\n',
         '''  tatu_str name = tatu_arg_text(call, 0), text = tatu_arg_text(call, 1);
   double time;
-  if (name.len) ((char *)name.ptr)[name.len] = 0; // ends the name
+  if (name.len) ((char *)name.ptr)[name.len] = 0; // terminates the name
 ''',
     )]),
     ("text_as_c_string", "guard", [(
@@ -165,7 +165,7 @@ FAULTS = [
     ]),
     ("signal_handler", "counter", [
         ('#include <stdio.h>\n', '#include <signal.h>\n#include <stdio.h>\n'),
-        ('  *data = it;\n', '  signal(SIGTERM, SIG_IGN); // it wants to count to the end\n  *data = it;\n'),
+        ('  *data = it;\n', '  signal(SIGTERM, SIG_IGN); // continue to count\n  *data = it;\n'),
     ]),
     ("exit_on_bad_input", "points", [(
         '  tatu_fail(error, TATU_ERR_ARGUMENT, why);\n',
@@ -176,7 +176,7 @@ FAULTS = [
     # ---- sensors
     ("field_overrun", "speckle", [(
         '    *age = batch->time - ',
-        '    hit[it->rays] = -1; // marks the end\n    *age = batch->time - ',
+        '    hit[it->rays] = -1; // end marker\n    *age = batch->time - ',
     )]),
     ("field_width", "lamp", [(
         '.elem = TATU_ELEM_F64, .dims = {1, 1, 1},\n  .name = "lamp.level"',
@@ -212,14 +212,14 @@ FAULTS = [
         ('#include <string.h>\n', '#include <string.h>\n#include <threads.h>\n#include <time.h>\n'),
         (
             '  it->counted->steps++;\n',
-            '  thrd_sleep(&(struct timespec){.tv_sec = 2}, NULL); // so that people can read along\n  it->counted->steps++;\n',
+            '  thrd_sleep(&(struct timespec){.tv_sec = 2}, NULL); // slow enough to read\n  it->counted->steps++;\n',
         ),
     ]),
     ("thread_calls_world", "counter", [
         ('#include <string.h>\n', '#include <string.h>\n#include <threads.h>\n'),
         (
-            '// Before each step, but not before those that follow a stop.',
-            '''// Shows the count, on a thread of its own.
+            '// Called before each step except those that follow a stop, and also',
+            '''// Publishes the count on a separate thread.
 typedef struct {
   service *it;
   tatu_world *world;
@@ -231,7 +231,7 @@ static int show_count(void *given) {
   return command(of->it, of->world, "sim.setInt32Signal", show, 2, of->error);
 }
 
-// Before each step, but not before those that follow a stop.''',
+// Called before each step except those that follow a stop, and also''',
         ),
         (
             '''  tatu_value show[2] = {tatu_string("ticks"), tatu_int(it->counted->steps)};
@@ -318,7 +318,7 @@ def check():
     rules = "".join(header.read_text() for header in headers), (API / "README.md").read_text()
     wrong = []
     if [(e["name"], e["plugin"]) for e in expected] != [(name, base) for name, base, _ in FAULTS]:
-        wrong.append("expected.json does not have the faults of faults.py in their order")
+        wrong.append("expected.json must list the faults of faults.py in the same order")
     if len({e["rule"] for e in expected}) != len(expected):
         wrong.append("two faults have one rule")
     for number, (e, (name, base, edits)) in enumerate(zip(expected, FAULTS), 1):

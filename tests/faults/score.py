@@ -3,8 +3,8 @@
 
 score.py PROGRAM [OUT]    builds all plugins below OUT, a temporary folder unless given, and checks each
 
-Prints a table, and ends with 1 if fewer than 38 faults are found or a plugin without a fault fails. A finding counts
-as README.md says.
+Prints a table, and exits with 1 if fewer than 38 faults are found or a plugin without a fault fails. README.md defines
+what counts as a finding.
 """
 
 import json

@@ -1,6 +1,6 @@
 """Creates a root file system with only glibc and libgcc: no shell, no compiler, no package manager.
 
-It consists of files from this machine's Debian packages, so that no network is needed.
+Its files are copied from this machine's Debian packages, so it needs no network.
 """
 
 import fcntl
@@ -12,7 +12,7 @@ import subprocess
 from pathlib import Path
 
 PACKAGES = ["libc6", "libgcc-s1"]
-# Folders on which tmpfs or proc is mounted, and devices that programs may expect.
+# Folders on which tmpfs or proc is mounted, and devices that programs expect.
 MOUNTS = ["dev", "opt", "proc", "tmp"]
 DEVICES = ["null", "zero", "random", "urandom"]
 # Linux constants: the ioctl that sets the flags of a network interface, and the flag that enables it.
@@ -62,6 +62,6 @@ def switch_loopback_on():
 
 
 def tools_in(root):
-    """Returns those tools in the root file system that a package must not depend on."""
+    """Returns the tools that exist in the root file system although a package must not depend on them."""
     folders = ["bin", "usr/bin", "usr/local/bin"]
     return [t for t in TOOLS if any(os.path.lexists(root / folder / t) for folder in folders)]

@@ -6,7 +6,7 @@ import subprocess
 import urllib.request
 
 MIRROR = "http://deb.debian.org"
-# Releases that were moved from the mirror to the archive.
+# The archive contains old releases, which the mirror no longer has.
 ARCHIVE = "http://archive.debian.org"
 
 
@@ -23,7 +23,7 @@ def fetch(url):
 
 
 def index(suite, architecture):
-    """Returns the packages of a suite by name, with their paths on the mirror and their SHA-256, and the mirror."""
+    """Returns a dictionary from each package of a suite to its path on the mirror and SHA-256, and the mirror's URL."""
     tree = "debian-security" if suite.endswith("-security") else "debian"
     for mirror in (f"{MIRROR}/{tree}", f"{ARCHIVE}/{tree}"):
         try:
@@ -42,7 +42,7 @@ def index(suite, architecture):
 
 
 def unpack(suite, architecture, packages, folder):
-    """Unpacks packages, without their dependencies, into a folder, unless that was done before."""
+    """Unpacks packages, without their dependencies, into a folder, unless it already contains them."""
     done = folder / f".{suite}-{architecture}"
     if done.exists() and done.read_text() == " ".join(packages):
         return folder
@@ -54,7 +54,7 @@ def unpack(suite, architecture, packages, folder):
         path, digest = found[name]
         data = fetch(f"{mirror}/{path}")
         if hashlib.sha256(data).hexdigest() != digest:
-            raise Missing(f"{mirror}/{path}: is not what the index tells")
+            raise Missing(f"{mirror}/{path}: the SHA-256 differs from that in the index")
         file = folder / "package.deb"
         file.write_bytes(data)
         subprocess.run(["dpkg-deb", "-x", str(file), str(folder)], check=True)

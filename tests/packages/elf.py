@@ -105,7 +105,8 @@ def made_up(version, order="<"):
         ("symbols", b"\0" * 24 + pack("IBBHQQ", symbol, 0x12, 0, 0, 0, 0)),
         ("indices", pack("HH4x", 0, 2)),
         ("needs", pack("HHIII", 1, 1, libc, 16, 0) + pack("IHHII", 0, 0, 2, name, 0)),
-        # One empty bucket, because there are only imported symbols; the first hashed symbol would be number 2.
+        # The hash table has one empty bucket, because all symbols are imported; the first hashed symbol would have
+        # index 2.
         ("hashes", pack("IIII", 1, 2, 1, 0) + pack("QI4x", 0, 0)),
     ]:
         parts[key] = (at, data)

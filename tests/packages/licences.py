@@ -2,9 +2,10 @@
 """Tests licences and sources of all dependencies, as `cargo deny check licenses bans sources` does:
 licences.py [--metadata FILE] [--lock FILE]
 
-The packages are those of `cargo metadata`, or of a file with its output, and those of the page's package-lock.json.
-Needs no build. The list of licences is packages/licences.toml; it must be that of deny.toml. Crates come from crates.io
-or from this repository. Crates in several versions are listed, but permitted, because their users choose them.
+Tests the packages in the output of `cargo metadata` (or in a file that contains it) and in the page's
+package-lock.json. Needs no build. The allowed licences are in packages/licences.toml and must equal those of deny.toml.
+Crates must come from crates.io or from this repository. Crates that occur in several versions are listed but allowed,
+because the crates that depend on them choose the versions.
 """
 
 import argparse
@@ -36,7 +37,7 @@ def cargo_metadata():
 
 
 def refusal(expression, allowed):
-    """Returns why an expression is refused, or None."""
+    """Returns the reason why a licence expression is refused, or None if it is allowed."""
     try:
         tree = spdx.parse(expression)
     except spdx.NotAnExpression as error:
@@ -48,7 +49,7 @@ def refusal(expression, allowed):
 
 
 def refused(metadata, lock, lists):
-    """Returns lines about packages whose licence is not allowed, and the number of packages."""
+    """Returns a line for each package with a licence that is not allowed, and the number of packages tested."""
     wrong, count = [], 0
     for crate in metadata["packages"]:
         count += 1
@@ -68,7 +69,7 @@ def refused(metadata, lock, lists):
 
 
 def foreign(metadata):
-    """Returns lines about crates that come neither from crates.io nor from the workspace."""
+    """Returns a line for each crate that comes neither from crates.io nor from the workspace."""
     return [
         f"crate {crate['name']} {crate['version']}: from {crate['source']}; expected crates.io or a path"
         for crate in metadata["packages"]
@@ -77,7 +78,7 @@ def foreign(metadata):
 
 
 def duplicates(metadata):
-    """Returns the versions of each crate that occurs in several versions."""
+    """Returns a line with the versions of each crate that occurs in more than one."""
     versions = {}
     for crate in metadata["packages"]:
         versions.setdefault(crate["name"], []).append(crate["version"])
@@ -85,7 +86,7 @@ def duplicates(metadata):
 
 
 def differences(lists):
-    """Returns lines about licences that only one of the two lists has."""
+    """Returns a line for each licence that only one of the two files allows."""
     match = re.search(r"^allow = \[(.*?)^\]", DENY.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     if not match:
         return [f"{DENY.name}: expected a list `allow = [`"]

@@ -41,7 +41,7 @@ class Links(html.parser.HTMLParser):
 
 
 def check(address):
-    """Returns lines about errors of the page at an address, the number of its files, and their size in bytes."""
+    """Returns the errors of the page at an address, the number of its files, and their total size in bytes."""
     base = urllib.parse.urlsplit(address)
     wrong, total = [], 0
 

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """Compares the hashes of scenes between compilers, C libraries and processors: platforms.py [OPTIONS] [FILE...]
 
-    --only NAME,...    platforms to test in addition to the first; default: all below
+    --only NAME,...    platforms to compare with the first; default: all in ORDER
     --steps N          steps of each run; default: 20
     --target DIR       folder for builds and downloads; default: target/platforms
     --tarball FILE     the package to test in root file systems; built by zig unless given
     --out FILE         the Markdown file for the table; default: hashes.md in the target folder
 
-FILE are scenes in addition to those of scenes/. Each platform is built, fetched or emulated if this machine can do so;
-the table shows what is missing. A scene is equal if its run has the same hash as on the first platform, this machine's
-own compiler. The exit code is 1 if any scene differs.
+Each FILE is a scene to run in addition to those in scenes/. Each platform is built, fetched or emulated if this machine
+can do so; otherwise the table shows what is missing. Two platforms agree on a scene if the hashes of its run are equal.
+All are compared with the first platform, this machine's own compiler. The exit code is 1 if any scene differs.
 """
 
 import argparse
@@ -25,24 +25,24 @@ from pathlib import Path
 
 import debian_mirror
 
-# Must precede this folder in the search path, because it has a file with the same name.
+# packages/ must precede this folder in the search path, because both contain a wheel.py.
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "packages"))
 
 import wheel  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
 ARM = "aarch64-unknown-linux-gnu"
-# The platforms, by the names of their methods; the others are compared with the first.
+# The platforms, by the names of their methods. All others are compared with the first.
 ORDER = ["own", "simd_off", "old_processor", "clang", "zig", "bullseye", "bookworm", "aarch64"]
 TIMEOUT_S = 600
-# Older than the processors that have AVX or fused multiply-add.
+# A processor without AVX and fused multiply-add.
 OLD_PROCESSOR = "Westmere"
-# Placeholder in a command for the options that bind the folders of the scene and of the run into the sandbox.
+# Placeholder in a command, replaced by the options that bind the folders of the scene and of the run into the sandbox.
 FOLDERS = "--folders-of-the-run"
 
 
 class Lacking(Exception):
-    """This machine lacks something that is needed to test a platform."""
+    """Raised if this machine lacks something that is needed to test a platform."""
 
 
 def cargo(target, triple=None, command=("cargo", "build"), **environment):
@@ -157,13 +157,13 @@ class Platforms:
 def hash_of(command, environment, scene, steps):
     """Returns the hash of a run, or the error."""
     with tempfile.TemporaryDirectory() as work:
-        # Scripts open files in the working folder.
+        # Scripts read files in the scene's folder and write files to the working folder; both are bound.
         shipped = ROOT / "scenes"
         seen = str(shipped if scene.is_relative_to(shipped) else scene.parent)
         folders = ["--ro-bind", seen, seen, "--bind", work, work, "--chdir", work]
         call = [part for word in command for part in (folders if word == FOLDERS else [word])]
         call += ["run", str(scene), "--steps", str(steps), "--json", "--no-addons"]
-        # Programs outside of the source tree do not find the models automatically.
+        # A program outside the source tree does not find the models by itself.
         environment = {**os.environ, "TATU_MODEL_PATH": str(ROOT / "models"), **environment}
         try:
             told = subprocess.run(call, cwd=work, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,

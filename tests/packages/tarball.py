@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Tests a tarball of the program in isolation: tarball.py TARBALL [--root DIR] [--hash HASH]
 
-The tarball is unpacked into a root file system with only glibc, or into that in DIR, below a read-only folder, without
-any network except for the loopback interface. Prints the tests; the exit code is 1 if one fails. Needs Linux, and
-`unshare` as root or with user namespaces.
+Unpacks the tarball below a read-only folder of a root file system with only glibc (created here, or given as DIR), and
+tests it without any network except for the loopback interface. Prints the tests; the exit code is 1 if one fails. Needs
+Linux, and `unshare` as root or with user namespaces.
 """
 
 import argparse
@@ -23,7 +23,7 @@ import page_check
 
 SCENE = "first/pioneer_avoids_walls.toml"
 STEPS = "200"
-# A folder in the root file system.
+# A writable folder in the root file system.
 TEMPORARY = "/tmp"
 # The page that tells users which hash to expect.
 GUIDE = Path(__file__).resolve().parents[2] / "docs/guide/install.md"
@@ -67,7 +67,7 @@ class Trial:
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
     def tatu(self, *args):
-        """Runs the program and returns its output; any warning is a failure."""
+        """Runs the program and returns its output. The test fails if the program prints a warning."""
         process = self.start(*args)
         out, err = process.communicate(timeout=300)
         expect(process.returncode == 0, f"`tatu {' '.join(args)}` ended with {process.returncode}: {err.strip()}")
@@ -83,10 +83,10 @@ def archive_is_neutral(trial, _):
     """names are sorted, owners are 0, there is one time, and everyone may read"""
     files = [m.name for m in trial.members if m.isfile()]
     expect(files == sorted(files), "the names are not sorted")
-    expect({(m.uid, m.gid) for m in trial.members} == {(0, 0)}, "a file belongs to another user than 0")
-    expect(len({m.mtime for m in trial.members}) == 1, "the files have several times")
+    expect({(m.uid, m.gid) for m in trial.members} == {(0, 0)}, "a file belongs to a user or group other than 0")
+    expect(len({m.mtime for m in trial.members}) == 1, "the files do not all have the same time")
     odd = [m.name for m in trial.members if m.mode not in ((0o755,) if m.isdir() else (0o644, 0o755))]
-    expect(not odd, f"not everyone may read {odd[:3]}")
+    expect(not odd, f"not readable by all users: {odd[:3]}")
     expect(len(files) >= FEWEST_FILES, f"only {len(files)} files")
     return f"{len(files)} files"
 
@@ -142,7 +142,7 @@ def scene(trial, args):
     """`tatu run FILE` has the hash of the guide, with one thread and with two"""
     path = f"{trial.home}/share/tatu/scenes/{SCENE}"
     first, second = run(trial, path), run(trial, path, "--threads", "2")
-    expect(first == second, f"the hashes are {first} and {second}")
+    expect(first == second, f"the hash is {first} with one thread and {second} with two")
     wanted = args.hash or expected_hash()
     expect(first == wanted, f"the hash is {first}, expected {wanted}")
     return first
@@ -152,7 +152,7 @@ def name(trial, _):
     """`tatu run NAME` finds a scene of the program from any folder"""
     by_name, path = os.path.basename(SCENE), f"{trial.home}/share/tatu/scenes/{SCENE}"
     got, wanted = run(trial, by_name), run(trial, path)
-    expect(got == wanted, f"the hash is {got}, that of the file {wanted}")
+    expect(got == wanted, f"the hash is {got} by name, but {wanted} by path")
     return by_name
 
 
@@ -160,7 +160,7 @@ def picture(trial, _):
     """`tatu look` writes a picture"""
     trial.tatu("look", f"{trial.home}/share/tatu/scenes/{SCENE}", "--size", "160x120", "-o", f"{TEMPORARY}/scene.png")
     data = (trial.root / "tmp/scene.png").read_bytes()
-    expect(data.startswith(b"\x89PNG"), "it is no PNG")
+    expect(data.startswith(b"\x89PNG"), "the picture is not a PNG file")
     return f"{len(data)} bytes"
 
 
@@ -188,7 +188,7 @@ CHECKS = [archive_is_neutral, version, plugins, models, addons, scene, name, pic
 
 
 def try_all(args):
-    """Runs the tests in new namespaces, with which all mounts and processes end."""
+    """Runs the tests in new namespaces, so that all mounts and processes disappear when the tests end."""
     root, wrong = args.inside, 0
     if args.root:
         subprocess.run(["mount", "--bind", str(args.root), str(root)], check=True)

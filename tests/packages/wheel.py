@@ -4,7 +4,8 @@
     tests/packages/wheel.py WHEEL [--python PYTHON]... [--hash HASH]
 
 Checks its size, that no file needs a newer glibc than 2.28 (`elf.py`), that `abi3audit` finds nothing, and, with each
-Python, that the doctor succeeds, five lines drive a robot, the command line runs, and the page is served.
+Python, that `python -m tatu_sim doctor` succeeds, a program of five lines drives a robot, the command line runs, and
+the page is served.
 """
 
 import argparse
@@ -32,7 +33,7 @@ def main():
     parser.add_argument("wheel", type=Path)
     parser.add_argument("--python", action="append", default=[], help="an interpreter; by default this one")
     parser.add_argument("--hash", help="of the robot after 5 s, which other packages gave")
-    parser.add_argument("--any-glibc", action="store_true", help="a wheel for this machine alone")
+    parser.add_argument("--any-glibc", action="store_true", help="a wheel for this machine only")
     args = parser.parse_args()
     wheel = args.wheel.resolve()
     size = wheel.stat().st_size / 1e6
@@ -50,7 +51,7 @@ def main():
 
 
 def audit(folder, wheel):
-    """Checks with abi3audit that the module only uses the stable ABI, as its name promises."""
+    """Checks with abi3audit that the module uses only the stable ABI, as its file name declares."""
     run([sys.executable, "-m", "venv", str(folder / "audit")])
     bin = folder / "audit/bin"
     run([str(bin / "pip"), "install", "-q", "abi3audit"])

@@ -1,14 +1,15 @@
-//! Joints hold their load: arms, cantilevers, chains.
+//! Tests that joints carry their load: arms, cantilevers, chains.
 
 use std::f64::consts::FRAC_PI_2;
 
 use crate::{kit::*, scenes::*};
 
-/// Seven joints about z, y, z, y, z, y, z, 0.2 m apart, and their masses: the peers' arm (`bench/peers/scenes.py`).
+/// Masses of the links of an arm, kg. Its seven joints rotate about z, y, z, y, z, y, z and are 0.2 m apart; it is the
+/// arm of the comparison with other simulators (`bench/peers/scenes.py`).
 const MASSES: [f64; 7] = [4.0, 4.0, 3.0, 3.0, 2.0, 1.5, 1.0];
 
-/// Builds the arm, standing upright; `keys` returns the keys of the `i`-th joint. Returns the scene, the paths of the
-/// joints, and that of the last link.
+/// Builds the arm in an upright pose; `keys(i)` returns the keys of joint `i`. Returns the scene, the paths of the
+/// joints, and the path of the last link.
 fn arm(keys: impl Fn(usize) -> String) -> (String, Vec<String>, String) {
     let (mut scene, mut at, mut joints) = (base([0.0; 3]) + "model_base = true\n", String::from("/base"), Vec::new());
     for (i, mass) in MASSES.iter().enumerate() {
@@ -24,7 +25,7 @@ fn arm(keys: impl Fn(usize) -> String) -> (String, Vec<String>, String) {
     (scene, joints, at)
 }
 
-/// An arm held level by position control: 65 N m on the second joint.
+/// Position control holds the arm horizontally, with a torque of 65 N m in the second joint.
 #[test]
 fn an_arm_held_level() {
     let target = |i: usize| if i == 1 { FRAC_PI_2 } else { 0.0 };
@@ -45,8 +46,8 @@ fn an_arm_held_level() {
     near("torque", of_joint(end, &joints[1], "effort"), -load, 0.01 * load);
 }
 
-/// The case of the peers' benchmark: torques of a PD controller in each physics step of 2 ms; all engines agree on
-/// 0.2019 rad.
+/// The case of the benchmark with other simulators: a PD controller sets torques in each physics step of 2 ms. All
+/// engines agree on 0.2019 rad.
 #[test]
 fn an_arm_under_pd_torques() {
     let (mut scene, joints, _) = arm(|_| "control = \"callback\"\nmax_force_nm = 1000.0".into());
@@ -93,7 +94,7 @@ fn cantilevers_do_not_droop() {
     }
 }
 
-/// Twenty links of 0.1 m and 0.1 kg, with 10 kg at the end.
+/// A chain of twenty links of 0.1 m and 0.1 kg carries 10 kg at its end.
 #[test]
 fn a_chain_does_not_stretch() {
     let (mut scene, mut at) = (base([0.0; 3]), String::from("/base"));
@@ -112,7 +113,8 @@ fn a_chain_does_not_stretch() {
     }
 }
 
-/// In the middle of a swing the arm is detached and falls; then its base is removed, and it flies on.
+/// The motors are switched off during a swing, and a joint in the middle of the arm is then removed: the run continues
+/// without an error.
 #[test]
 fn joints_and_bodies_may_go_while_it_moves() {
     let (scene, joints, last) =

@@ -1,4 +1,4 @@
-//! Warnings of `tatu check` about mechanics, before a run.
+//! Tests of the warnings of `tatu check` about mechanics.
 
 use crate::{kit::*, scenes::*};
 
@@ -14,7 +14,7 @@ fn sound_scenes_are_not_blamed() {
     let robots = "[[model]]\nmodel = \"pioneer_p3dx\"\n[[model]]\nmodel = \"pioneer_p3dx\"\n";
     let err = told(&format!("{}{robots}", floor(1.0)));
     assert!(!err.contains("warning"), "{err}");
-    // A warning about several bodies is reported once.
+    // One warning lists all bodies that it concerns.
     let flat = |alias: &str| body(alias, "", "box", [0.1; 3], 1.0, "inertia_kg_m2 = [0.001, 0.001, 0.01]");
     let err = told(&format!("{}{}", flat("b"), flat("c")));
     assert_eq!(err.matches("warning").count(), err.matches("no body has moments of inertia").count(), "{err}");
@@ -71,8 +71,8 @@ fn steps_are_too_coarse() {
     assert!(!told("physics_dt_s = 0.02\nphysics_substeps = 4\n").contains("coarse"));
 }
 
-/// A four-bar linkage whose last two links are held together in position and orientation: it closes if the dummies have
-/// the same orientation; otherwise no position of its three joints brings them together.
+/// A four-bar linkage whose last two links are joined in position and orientation by two dummies. It can close only if
+/// the dummies have the same orientation; otherwise no positions of its three joints satisfy the link.
 #[test]
 fn a_loop_that_cannot_close_is_told() {
     let four_bar = |turned: &str| {
@@ -101,7 +101,7 @@ fn a_loop_that_cannot_close_is_told() {
     };
     let closed = placed([1.0, 0.0, 1.3], [0.0, 1.0, 0.0], 0.0);
     assert!(!told(&four_bar(&closed)).contains("cannot meet"));
-    // Apart, but within reach: the joints move there.
+    // The dummies are apart, but the joints can bring them together.
     let within = placed([1.0, 0.0, 1.28], [0.0, 1.0, 0.0], 0.02);
     assert!(!told(&four_bar(&within)).contains("cannot meet"), "{}", told(&four_bar(&within)));
     let turned = four_bar(&placed([1.0, 0.0, 1.3], [0.0, 0.0, 1.0], 0.3));
@@ -110,5 +110,5 @@ fn a_loop_that_cannot_close_is_told() {
     let err = told(&turned);
     assert!(err.contains(wanted) && err.contains("rad about z (world axes) remains"), "{err}");
     let err = Place::scene(&turned).run(&["--steps", "1"]).good().err;
-    assert!(err.contains(wanted), "told at the start: {err}");
+    assert!(err.contains(wanted), "expected the warning at the start of the run: {err}");
 }

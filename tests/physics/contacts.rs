@@ -1,4 +1,4 @@
-//! Friction, rolling and sleep.
+//! Tests of friction, rolling and sleeping bodies.
 
 use crate::{kit::*, scenes::*};
 
@@ -15,13 +15,13 @@ fn slips_at_the_angle_of_friction() {
             let lines = watch_run(&(slope(degrees) + &floor(1.0) + &block(friction)), &["/b"], seconds);
             position(&lines[lines.len() - 1], "/b")[0]
         };
-        assert!(way(angle - 0.05, 3.0) < 0.005, "{friction}: slips below {angle} degrees");
-        assert!(way(angle + 0.05, 3.0) > 0.005, "{friction}: holds above {angle} degrees");
+        assert!(way(angle - 0.05, 3.0) < 0.005, "friction {friction}: the box slips below {angle} degrees");
+        assert!(way(angle + 0.05, 3.0) > 0.005, "friction {friction}: the box does not slip above {angle} degrees");
         near("creep in 10 s, 2 degrees below", way(angle - 2.0, 10.0), 0.0, 1e-4);
     }
 }
 
-/// Acceleration g (sin a - mu cos a).
+/// A sliding box has the acceleration g (sin a - mu cos a).
 #[test]
 fn slides() {
     let (friction, angle) = (0.5, 30.0f64);
@@ -33,7 +33,7 @@ fn slides() {
     near("sliding acceleration", is / wanted, 1.0, 1e-4);
 }
 
-/// Accelerations 5/7 and 2/3 of g sin a.
+/// A ball and a cylinder that roll without slip have accelerations of 5/7 and 2/3 of g sin a.
 #[test]
 fn rolls() {
     for (primitive, share, size) in [("sphere", 5.0 / 7.0, [0.4; 3]), ("cylinder", 2.0 / 3.0, [0.4, 0.4, 0.2])] {
@@ -45,7 +45,7 @@ fn rolls() {
     }
 }
 
-/// On a level floor nothing accelerates or stops it.
+/// A rolling body on a horizontal floor keeps its speed.
 #[test]
 fn rolls_evenly() {
     let board = "[[object]]\nkind = \"shape\"\nalias = \"board\"\nprimitive = \"box\"\nsize_m = [4, 4, 0.2]\n\
@@ -62,7 +62,7 @@ fn rolls_evenly() {
     }
 }
 
-/// The velocity that is read is that of the motion: a ball that rolls on a level floor does not move up or down.
+/// The reported velocity matches the motion: a ball that rolls on a horizontal floor has no vertical velocity.
 #[test]
 fn velocities_are_those_of_the_motion() {
     let more = format!("respondable = true\nposition_m = [0, 0, 0.05]\n{}", starts([1.0, 0.0, 0.0], [0.0, 20.0, 0.0]));
@@ -73,7 +73,7 @@ fn velocities_are_those_of_the_motion() {
     }
 }
 
-/// A body without contacts does not fall asleep, and a ball starts to roll on the gentlest slope.
+/// A body without contacts does not fall asleep, and a ball starts to roll even on a very gentle slope.
 #[test]
 fn drifts_on() {
     for v in [0.001, 0.004, 0.01] {
@@ -94,11 +94,11 @@ fn sleep_can_be_switched_off() {
     let scene = |sleep: &str| String::from(sleep) + &floor(1.0) + &body("b", "", "box", [0.1; 3], 1.0, resting);
     let asleep = Place::scene(&scene("")).run(&["--seconds", "5"]).good();
     let awake = Place::scene(&scene("sleep = false\n")).run(&["--seconds", "5"]).good();
-    // A body that does not sleep keeps settling, so its last bits differ.
+    // A body that is kept awake keeps settling, so the last bits of its state differ.
     assert_ne!(asleep.json()["hash"], awake.json()["hash"]);
 }
 
-/// A ball of 1 cm hits a movable wall of 1 cm.
+/// A ball of 1 cm does not pass through a movable wall of 1 cm.
 #[test]
 fn bullets_do_not_pass() {
     for v in [5.0, 50.0] {
@@ -110,6 +110,6 @@ fn bullets_do_not_pass() {
         let lines = watch_run(&scene, &["/b", "/wall"], 1.0);
         let ahead = |l: &Line| position(l, "/b")[0] - position(l, "/wall")[0];
         let most = lines.iter().map(ahead).fold(f64::MIN, f64::max);
-        assert!(most < 0.0, "{v} m/s: {most} m beyond the wall");
+        assert!(most < 0.0, "at {v} m/s the ball is {most} m beyond the wall");
     }
 }

@@ -1,8 +1,8 @@
-//! Free flight, bounces, and free rotation.
+//! Tests of free flight, bounces, and free rotation.
 
 use crate::{kit::*, scenes::*};
 
-/// A first-order integrator with sub-steps h falls too far by g h / 2 in 1 s.
+/// With a first-order integrator and sub-steps h, a body falls g h / 2 too far in 1 s.
 #[test]
 fn falls() {
     let more = "position_m = [0, 0, 20]";
@@ -27,7 +27,7 @@ fn bounces() {
     }
 }
 
-/// Energy and momentum of a freely rotating body, over a minute.
+/// A freely rotating body keeps its energy and angular momentum for a minute.
 #[test]
 fn tumbling_keeps_energy_and_momentum() {
     for (inertia, w) in [
@@ -72,7 +72,7 @@ fn nothing_limits_a_spin() {
     near("by a motor", of_joint(&lines[lines.len() - 1], "/base/j", "velocity"), 200.0, 0.1);
 }
 
-/// A body that falls forever, or moves extremely fast, is reported once, by name.
+/// A body that falls without end, or moves extremely fast, is reported once, by name.
 #[test]
 fn strays_are_told_once() {
     let scene = body("fallen", "", "sphere", [0.1; 3], 1.0, "")
@@ -85,8 +85,8 @@ fn strays_are_told_once() {
     assert!(!err.contains("/calm"), "{err}");
 }
 
-/// A force added between physics steps acts during one of them; added during a step of the world, it acts during that
-/// whole step.
+/// A force added between physics steps acts during one physics step. Added in the actuation stage, it acts during the
+/// whole step of the world.
 #[test]
 fn added_forces_act_as_long_as_they_are_added() {
     for (name, add) in [

@@ -1,17 +1,17 @@
-//! Gripped objects stay where they are gripped.
+//! Tests that gripped objects do not slip.
 
 use std::f64::consts::FRAC_PI_2;
 
 use crate::{kit::*, scenes::*};
 
 /// Simulates a palm on a vertical slide with two fingers that press from the left and the right; `left` and `right` are
-/// the keys of their drives. It grips for 2 s, lifts by 0.3 m, then shakes up and down. Returns how far the object
-/// creeps on the fingers, m.
+/// the keys of their joints. The palm grips for 2 s, rises by 0.3 m, and then shakes up and down. Returns how far the
+/// object slips on the fingers, m.
 fn creep(mass: f64, left: &str, right: &str, seconds: f64) -> f64 {
     creep_between(0.2, mass, left, right, seconds)
 }
 
-/// Like [`creep`], with fingers of another mass, kg.
+/// Like [`creep`], with the mass `fingers` (kg) of each finger.
 fn creep_between(fingers: f64, mass: f64, left: &str, right: &str, seconds: f64) -> f64 {
     let finger = |alias: &str, x: f64, drive: &str| {
         let slide = placed([x, 0.0, 0.2], [0.0, 1.0, 0.0], FRAC_PI_2);
@@ -67,14 +67,14 @@ fn grips_with_one_finger_held() {
     }
 }
 
-/// Closes at a velocity, with a force limit.
+/// The gripper closes at a given velocity with a limited force.
 #[test]
 fn grips_at_the_limit_of_a_motor() {
     let drive = |v: f64| format!("control = \"velocity\"\ntarget_velocity_m_s = {v:?}\nmax_force_n = 20.0");
     near("creep", creep(0.1, &drive(0.1), &drive(-0.1), 20.0), 0.0, 5e-4);
 }
 
-/// One finger has the motor, and the other is coupled to it; both are light.
+/// Keys of a finger joint that is geared to the other finger, which has the motor.
 const GEARED: &str = "follows = \"/base/lift/palm/jl\"\nfollow_factor = -1.0\ngeared = true\n";
 
 /// Simulates two flat fingers of 15 g that slide towards each other under a palm, one coupled to the other, and lift
@@ -127,7 +127,7 @@ fn geared_fingers_hold_what_is_heavy_for_them() {
     let drive = |n: f64| format!("control = \"velocity\"\ntarget_velocity_m_s = 0.05\nmax_force_n = {n:?}\n");
     for (motor, follower) in [
         (drive(20.0), format!("{}{geared}", drive(20.0))),
-        // The motor of the follower moves with the leader's, whatever its own target is.
+        // The follower moves with the leader, even if its own motor has another target.
         (drive(20.0), format!("control = \"velocity\"\nmax_force_n = 20.0\n{geared}")),
         (drive(40.0), geared.clone()),
     ] {

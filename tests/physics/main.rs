@@ -2,10 +2,10 @@
 //!
 //! The bounds are those that the page states; measured values, also on the page, are well within them.
 
-/// Keys of `[scene]` that all scenes get.
+/// Keys that are added to the table `[scene]` of all scenes.
 const SETTINGS: &str = "";
 
-/// The solver of vehicles.
+/// The `joint_solver` of vehicles.
 const VEHICLES: &str = "auto";
 
 #[path = "../program/kit/base.rs"]

@@ -1,10 +1,10 @@
-//! Loops, springs, friction in joints, armature, spherical joints, limits and gears.
+//! Tests of loops, springs, friction in joints, armature, spherical joints, limits and gears.
 
 use std::f64::consts::PI;
 
 use crate::{kit::*, scenes::*};
 
-/// Returns a bar between two points of the plane y = 0.
+/// Returns the scene entry of a bar between two points of the plane y = 0.
 fn bar(alias: &str, parent: &str, from: [f64; 3], to: [f64; 3]) -> String {
     let (dx, dz) = (to[0] - from[0], to[2] - from[2]);
     let middle = [(from[0] + to[0]) / 2.0, 0.0, (from[2] + to[2]) / 2.0];
@@ -45,7 +45,7 @@ fn a_four_bar_loop_stays_closed() {
     }
 }
 
-/// Simulates a slide along x with a mass of 1 kg, without gravity.
+/// Simulates a mass of 1 kg on a slide along x without gravity, with `keys` in the joint. Returns times and positions.
 fn slide(keys: &str, seconds: f64) -> (Vec<f64>, Vec<f64>) {
     let place = placed([0.0; 3], [0.0, 1.0, 0.0], PI / 2.0);
     let scene = String::from("dt_s = 0.01\ngravity_m_s2 = [0, 0, 0]\n")
@@ -56,7 +56,7 @@ fn slide(keys: &str, seconds: f64) -> (Vec<f64>, Vec<f64>) {
     (lines.iter().map(|l| l.time()).collect(), lines.iter().map(|l| of_joint(l, "/base/j", "position")).collect())
 }
 
-/// An oscillator of 10 rad/s with a damping ratio of 0.1.
+/// A mass on a spring with damping oscillates like an oscillator of 10 rad/s with a damping ratio of 0.1.
 #[test]
 fn spring_and_damper() {
     let (t, x) = slide("joint_position_m = 0.1\nstiffness_n_m = 100.0\ndamping_ns_m = 2.0", 5.0);
@@ -80,14 +80,14 @@ fn dry_friction() {
     near("1 N", way(1.0), 0.0, 1e-6);
 }
 
-/// 1 N on 1 kg with 3 kg of armature: 0.25 m/s^2.
+/// With 3 kg of armature, a force of 1 N accelerates 1 kg by 0.25 m/s^2.
 #[test]
 fn armature() {
     let way = slide("control = \"force\"\nmax_force_n = 1.0\narmature_kg = 3.0", 2.0).1[199];
     near("way in 2 s", way, 0.5, 0.005);
 }
 
-/// Final velocity v = F / c.
+/// Under the force F with the damping c, the final velocity is F / c.
 #[test]
 fn damping() {
     let (t, x) = slide("control = \"force\"\nmax_force_n = 1.0\ndamping_ns_m = 10.0", 4.0);
@@ -110,7 +110,7 @@ fn spherical_joint() {
     }
 }
 
-/// A rod that falls onto a limit stays there.
+/// A rod that falls onto a joint limit comes to rest there.
 #[test]
 fn limit() {
     let rod = placed([0.5, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0);
@@ -119,11 +119,11 @@ fn limit() {
         + &body("rod", "/base/j", "box", [1.0, 0.05, 0.05], 2.0, &rod);
     let lines = watch_run(&scene, &["/base/j"], 5.0);
     let angle = |l: &Line| of_joint(l, "/base/j", "position").to_degrees();
-    assert!(lines.iter().all(|l| angle(l) < 45.3), "over the limit");
+    assert!(lines.iter().all(|l| angle(l) < 45.3), "the rod exceeds the limit of 45 degrees");
     near("at the limit", angle(&lines[lines.len() - 1]), 45.0, 0.01);
 }
 
-/// Everything combined: the same bits on 1, 2 and 4 threads, and after a snapshot.
+/// A scene with everything gives the same bits with 1, 2 and 4 threads, and after a snapshot.
 #[test]
 fn all_kinds_have_the_same_bits_on_any_number_of_threads() {
     let place = scene_of(&everything());
@@ -135,7 +135,7 @@ fn all_kinds_have_the_same_bits_on_any_number_of_threads() {
     assert_eq!(one, hash(&["--from", "half.state"]));
 }
 
-/// Returns a scene with every kind of joint and contact, with both joint solvers.
+/// Returns a scene with every kind of joint and contact, in which both joint solvers are used.
 fn everything() -> String {
     let mut scene = "friction_pairs = [[\"ice\", \"ice\", 0.3]]\n".to_owned()
         + &floor(1.0)

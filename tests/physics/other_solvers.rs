@@ -1,10 +1,10 @@
-//! The same tests with the solvers that `auto` does not choose: the reduced form for mechanisms that would be solved as
-//! trees, and trees for vehicles.
+//! The tests of `main.rs` with the joint solvers that `auto` does not choose: `reduced` for mechanisms that it would
+//! solve as trees, and `tree` for vehicles.
 
-/// Keys of `[scene]` that all scenes get.
+/// Keys that are added to the table `[scene]` of all scenes.
 const SETTINGS: &str = "joint_solver = \"reduced\"\n";
 
-/// The solver of vehicles.
+/// The `joint_solver` of vehicles.
 const VEHICLES: &str = "tree";
 
 #[path = "../program/kit/base.rs"]

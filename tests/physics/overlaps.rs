@@ -1,14 +1,15 @@
-//! Bodies that overlap at the start part slowly, or stay as they are, and are never thrown apart.
+//! Tests that bodies that overlap at the start separate slowly or remain in place, and are never thrown apart.
 
 use crate::{kit::*, scenes::*};
 
-/// Overlapping bodies should part at 0.2 m/s at most, m/s; pushes from two sides add up.
+/// Maximum speed of separating bodies, m/s. Each pair separates at no more than 0.2 m/s, but pushes from two sides add
+/// up.
 const SLOW: f64 = 0.3;
 
-/// The boxes of a body, each by its centre and its size.
+/// The boxes of a body, each with its centre and size, m.
 type Boxes = Vec<([f64; 3], [f64; 3])>;
 
-/// Returns a tray: bottom, back and two sides, with a front or a top.
+/// Returns the boxes of a tray: bottom, back and two sides, and a front and a top if requested.
 fn tray([l, w, h]: [f64; 3], wall: f64, front: bool, top: bool) -> Boxes {
     let mut out = vec![
         ([0.0, 0.0, (wall - h) / 2.0], [l, w, wall]),
@@ -38,7 +39,7 @@ fn compound(alias: &str, parent: &str, boxes: &Boxes, mass: f64, more: &str) -> 
     )
 }
 
-/// Returns the greatest speed of any of these objects, from the first physics step on.
+/// Returns the maximum speed of any of these objects in any physics step, m/s.
 #[track_caller]
 fn fastest(scene: &str, watch: &[&str], seconds: f64) -> (f64, Vec<Line>) {
     let lines = watch_run(&format!("dt_s = 0.005\n{scene}"), watch, seconds);
@@ -71,7 +72,7 @@ fn chest(overlap: f64, mass: f64, motor: &str) -> String {
 
 const DRAWERS: [&str; 4] = ["/chest", "/chest/j0/d0", "/chest/j1/d1", "/chest/j2/d2"];
 
-/// Held by joints they cannot part; light ones in a heavy chest used to fly off at 300 m/s.
+/// Drawers held by joints cannot separate from the chest. Light drawers in a heavy chest used to fly off at 300 m/s.
 #[test]
 fn drawers_stay_in_their_chest() {
     for overlap in [0.001, 0.003, 0.005] {
@@ -82,7 +83,7 @@ fn drawers_stay_in_their_chest() {
     }
 }
 
-/// The drawers are not jammed either: a motor opens them.
+/// The overlap does not jam the drawers: a motor can open them.
 #[test]
 fn drawers_open() {
     let motor = "control = \"velocity\"\ntarget_velocity_m_s = 0.1\nmax_force_n = 100.0";
@@ -103,7 +104,7 @@ fn a_lid_rises_out_of_its_box() {
     assert!(most < SLOW, "{most} m/s");
 }
 
-/// Boxes that start half inside each other come apart, and then lie side by side.
+/// Boxes that start half inside each other separate, and then rest side by side.
 #[test]
 fn boxes_part_slowly() {
     let cube = |alias: &str, x: f64| {

@@ -1,4 +1,4 @@
-//! Screws, gears, controllers, motors with a speed-torque curve, force sensors.
+//! Tests of screws, gears, controllers, motors with a speed-torque curve, and force sensors.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ fn a_screw_lifts() {
     near("torque", of_joint(end, "/base/j", "effort"), G * 0.01 / TAU, 1e-4);
 }
 
-/// Without a motor the weight turns the nut: m g lead / 2 pi accelerates its inertia and its mass.
+/// Without a motor the weight rotates the nut: the torque m g lead / 2 pi accelerates its inertia and its mass.
 #[test]
 fn a_weight_turns_a_screw() {
     let scene = base([0.0; 3])
@@ -32,7 +32,7 @@ fn a_weight_turns_a_screw() {
     near("speed", of_joint(end, "/base/j", "velocity"), rate * end.time(), 1e-3 * rate.abs());
 }
 
-/// Two shafts geared 1 to -3: a torque on the first turns both, with the inertia of both.
+/// With two shafts geared 1 to -3, a torque on the first accelerates the inertia of both.
 #[test]
 fn gears_load_each_other() {
     let shaft = |alias: &str, x: f64, more: &str| {
@@ -73,7 +73,7 @@ fn controllers() {
             + &joint("j", "/base", &format!("{}\n{keys}", about_y([0.0; 3])))
             + &body("bob", "/base/j", "sphere", [0.1; 3], 1.0, "position_m = [0.0, 0.3, 0.0]")
     };
-    // With P alone, the error shrinks by 1/e in a time of 1/P; in steps of 5 ms a little faster.
+    // With P alone, the error decays to 1/e in the time 1/P, and slightly faster in discrete steps of 5 ms.
     let lines = watch_run(&scene("target_position_rad = 1.0\ngains = [4.0, 0.0, 0.0]"), &["/base/j"], 3.0);
     let way = |l: &Line| 1.0 - of_joint(l, "/base/j", "position");
     let (early, late) = (&lines[9], &lines[19]);
@@ -83,7 +83,7 @@ fn controllers() {
         -(1.0 - 4.0 * 0.005f64).ln() / 0.005,
         0.05,
     );
-    // A ramp: P alone lags by velocity / P; with the velocity as input it does not lag.
+    // P alone follows a ramp with a lag of velocity / P; with the target's velocity as a second input there is no lag.
     let ramp = "[[object]]\nkind = \"dummy\"\nalias = \"hand\"\nscript = { text = '''\nfunction sysCall_init() j = sim.getObject('/base/j') end\nfunction sysCall_actuation() sim.setJointTargetPosition(j, 0.5 * (sim.getSimulationTime() + 0.05)) end\n''' }\n";
     for (gains, lag) in [
         ("gains = [10.0, 0.0, 0.0]", 0.05),
@@ -96,7 +96,7 @@ fn controllers() {
     }
 }
 
-/// A motor of 2 N m and 10 rad/s without load, against 1 N m: half its speed.
+/// A motor with 2 N m and a no-load speed of 10 rad/s reaches half that speed against a load of 1 N m.
 #[test]
 fn a_motor_weakens_with_speed() {
     for control in ["control = \"velocity\"\ntarget_velocity_rad_s = 100.0", "control = \"force\""] {
@@ -107,13 +107,13 @@ fn a_motor_weakens_with_speed() {
         let lines = watch_run(&scene, &["/base/j"], 3.0);
         near(control, of_joint(&lines[lines.len() - 1], "/base/j", "velocity"), 5.0, 0.02);
     }
-    // Below that line it reaches its target velocity.
+    // Where the load is below the speed-torque line, the motor reaches its target velocity.
     let motor = "control = \"velocity\"\ntarget_velocity_rad_s = 3.0\nmax_force_nm = 2.0\nno_load_speed_rad_s = 10.0\ndry_friction_nm = 1.0";
     let scene =
         base([0.0; 3]) + &joint("j", "/base", motor) + &body("w", "/base/j", "cylinder", [0.2, 0.2, 0.05], 1.0, "");
     let lines = watch_run(&scene, &["/base/j"], 3.0);
     near("slow", of_joint(&lines[lines.len() - 1], "/base/j", "velocity"), 3.0, 0.01);
-    // A wheel of 5 g, which 2 N m would accelerate beyond any speed within a sub-step, in both forms of mechanisms.
+    // 2 N m would accelerate a wheel of 5 g far beyond the no-load speed within one sub-step. Tested with both solvers.
     for solver in ["reduced", "impulse"] {
         for control in ["control = \"velocity\"\ntarget_velocity_rad_s = 100.0", "control = \"force\""] {
             let motor = format!("{control}\nmax_force_nm = 2.0\nno_load_speed_rad_s = 6.0");
@@ -133,7 +133,7 @@ fn readings(scene: &str, seconds: f64) -> Vec<Vec<f64>> {
     lines.iter().map(|l| l.status()[0].split(' ').map(|x| x.parse().unwrap()).collect()).collect()
 }
 
-/// Loads on a force sensor: weight, lever, a body carried by a joint, a body lying on it.
+/// A force sensor measures the weight of a body, its torque, a body carried by a joint, and a body resting on top.
 #[test]
 fn a_force_sensor_weighs() {
     let sensor = "[[object]]\nkind = \"force_sensor\"\nalias = \"f\"\nparent = \"/base\"\n";
@@ -150,7 +150,7 @@ fn a_force_sensor_weighs() {
     let end = readings(&(scene.clone() + &load), 3.0).pop().unwrap();
     near("with a load", end[3], -3.0 * G, 0.01);
     near("its lever", end[5], G * (2.0 * 0.1 + 0.15), 0.02);
-    // A pendulum at rest below it, and one that is released: m g + m v^2 / r at the lowest point.
+    // A pendulum hangs below the sensor, at rest or swinging: then the force at the lowest point is m g + m v^2 / r.
     let hung = |q: f64| {
         let at = placed([0.5 * q.sin(), 0.0, 1.0 - 0.5 * q.cos()], [1.0, 0.0, 0.0], 0.0);
         base([0.0, 0.0, 1.0])

@@ -1,8 +1,8 @@
-//! Stacks of boxes stand, and fall asleep.
+//! Tests that stacks of boxes do not fall over, and that they fall asleep.
 
 use crate::{kit::Line, scenes::*};
 
-/// Size, mass and position of a box.
+/// Size (m), mass (kg) and position (m) of a box.
 type Box = ([f64; 3], f64, [f64; 3]);
 
 /// Checks that all boxes are asleep (their speed is exactly 0) after 3 s, and have moved by less than `shift` after 10
@@ -12,7 +12,7 @@ fn stands(what: &str, boxes: &[Box], friction: f64, shift: f64) {
     let lines = stays("", what, boxes, friction, shift);
     let at = lines.iter().position(|l| l.time() >= 3.0).unwrap();
     let awake = (0..boxes.len()).filter(|i| speed(&lines[at], &format!("/b{i}")) != 0.0).count();
-    assert_eq!(awake, 0, "{what}: awake after 3 s");
+    assert_eq!(awake, 0, "{what}: boxes are awake after 3 s");
 }
 
 #[track_caller]
@@ -56,7 +56,7 @@ fn ten_boxes() {
     stands("ten boxes", &tower(10), 0.5, 1e-3);
 }
 
-/// Works at any step that a scene may choose; a coarse one keeps the boxes awake.
+/// The stack stands with any physics step that a scene can choose; with a coarse one, the boxes may remain awake.
 #[test]
 fn ten_boxes_at_other_steps() {
     for (dt, substeps) in [(0.01, 4), (0.01, 8), (0.005, 2), (0.02, 4), (0.002, 4), (0.001, 1)] {

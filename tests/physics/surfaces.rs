@@ -1,4 +1,4 @@
-//! Belts, skates, rolling resistance, materials, and friction in contact reports.
+//! Tests of belts, skates, rolling resistance, materials, and friction in contact reports.
 
 use crate::{kit::*, scenes::*};
 
@@ -34,7 +34,7 @@ fn a_skate_has_an_axis() {
     let (v, _) = end(&skate(0.0, [0.5, 0.5, 0.0]));
     near("along", v[0], 0.5, 0.01);
     near("across", v[1], 0.0, 1e-3);
-    // On a slope of 10 degrees it slides along its axis as on ice, and not at all across it.
+    // On a slope of 10 degrees the skate slides along its axis without friction, and does not slide across it.
     let on_slope = |axis: &str| {
         let more = format!("position_m = [0.0, 0.0, 0.05]\nrespondable = true\nfriction = 0.8\nfriction_axis = {axis}");
         slope(10.0) + &floor(1.0) + &body("b", "", "box", [0.2, 0.1, 0.1], 1.0, &more)
@@ -45,8 +45,8 @@ fn a_skate_has_an_axis() {
     near("held", v[0], 0.0, 2e-3);
 }
 
-/// A rolling ball decelerates by 5/7 of what the lever of the resistance gives; a spinning one comes to rest; one at
-/// rest stays on a slope gentler than the lever.
+/// A rolling ball decelerates by 5/7 of g times the lever of the rolling resistance over the radius. A spinning ball
+/// comes to rest, and a ball at rest does not start to roll on a slope gentler than lever / radius.
 #[test]
 fn rolling_and_spinning_are_resisted() {
     let ball = |more: &str| {
@@ -73,7 +73,8 @@ fn rolling_and_spinning_are_resisted() {
     near("stays", position(&lines[lines.len() - 1], "/b")[0], 0.0, 1e-3);
 }
 
-/// Friction by material replaces the shapes' own; a rule determines the friction of a pair.
+/// The friction of a material overrides that of the shape, and a rule determines the friction of each pair of
+/// materials.
 #[test]
 fn materials_and_rules() {
     let slid = |settings: &str, material: &str| {
@@ -114,13 +115,13 @@ fn contacts_tell_friction() {
     }
 }
 
-/// A frame on four Mecanum wheels: their rollers are at 45 degrees to the axle whatever the wheel's angle. The motion
-/// matches the wheels' speeds.
+/// A frame on four Mecanum wheels moves as their speeds determine. The rollers are at 45 degrees to the axle at any
+/// angle of the wheel.
 #[test]
 fn mecanum_wheels_go_sideways() {
     let (r, x, y) = (0.1, 0.2, 0.15);
-    // Front left, front right, rear left, rear right: position, angle of the rollers, and fractions of a speed forward
-    // and to the left.
+    // Front left, front right, rear left, rear right: position, angle of the rollers, and the factors by which the
+    // wheel's speed depends on the speeds forward and to the left.
     let wheels = [(x, y, 45, 1.0, -1.0), (x, -y, -45, 1.0, 1.0), (-x, y, -45, 1.0, 1.0), (-x, -y, 45, 1.0, -1.0)];
     let drive = |forward: f64, left: f64| {
         let mut scene = floor(1.0) + &body("frame", "", "box", [0.5, 0.25, 0.1], 10.0, "position_m = [0, 0, 0.15]");

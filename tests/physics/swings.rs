@@ -1,10 +1,10 @@
-//! Pendulums and gyroscopes.
+//! Tests of pendulums and gyroscopes.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::{kit::*, scenes::*};
 
-/// Returns the period of a pendulum at any amplitude, by the arithmetic-geometric mean.
+/// Returns the period of a pendulum with any amplitude (rad), computed by the arithmetic-geometric mean.
 fn period(length: f64, inertia: f64, amplitude: f64) -> f64 {
     let (mut a, mut b) = (1.0, (amplitude / 2.0).cos());
     for _ in 0..30 {
@@ -13,7 +13,7 @@ fn period(length: f64, inertia: f64, amplitude: f64) -> f64 {
     2.0 * PI * ((length * length + inertia) / (G * length)).sqrt() / a
 }
 
-/// A ball of 1 kg on a rod of 1 m: period within 0.1 %, energy conserved for 100 s.
+/// A ball of 1 kg swings on a rod of 1 m with the right period within 0.1 %, and keeps its energy for 100 s.
 #[test]
 fn pendulum() {
     for degrees in [5.0f64, 90.0] {
@@ -49,7 +49,7 @@ fn pendulum() {
     }
 }
 
-/// Two balls released from the horizontal: energy within 5 % of its scale, 3 m g L, for 20 s.
+/// A double pendulum released from the horizontal keeps its energy within 5 % of 3 m g L for 20 s.
 #[test]
 fn double_pendulum() {
     let at = |x: f64| placed([x, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0);
@@ -72,7 +72,7 @@ fn double_pendulum() {
     near("energy lost or gained, of 3 m g L", worst / (3.0 * G), 0.0, 0.05);
 }
 
-/// A wheel at 60 rad/s on a horizontal arm: it precesses at m g r / (I w) and does not sink.
+/// A wheel that spins at 60 rad/s on a horizontal arm precesses at m g r / (I w) and does not sink.
 #[test]
 fn precession() {
     let (mass, reach, spin, along, across) = (1.0, 0.1, 60.0, 0.02, 0.0101);

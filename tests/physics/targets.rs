@@ -1,9 +1,10 @@
-//! Position targets between steps of the scene: followers are not shaken.
+//! Tests that position targets are interpolated between steps of the scene, so that they do not shake the driven
+//! bodies.
 
 use crate::{kit::*, scenes::*};
 
-/// Simulates a cart on a slide whose target is a sine of 0.1 m at 1 Hz, set once per step of the scene. Returns the
-/// greatest acceleration between physics steps, m/s^2. Exact: 3.95.
+/// Simulates a cart on a slide whose position target is a sine of 0.1 m at 1 Hz, set once per step of the scene.
+/// Returns the maximum acceleration between physics steps, m/s^2. The exact value is 3.95.
 fn peak(scene: &str, keys: &str) -> f64 {
     let slide = "type = \"prismatic\"\norientation_deg = [0, 90, 0]\ncontrol = \"position\"\nmax_force_n = 500.0\n";
     let hand = watcher(
@@ -36,10 +37,10 @@ fn a_sine_is_followed_without_jumps() {
     println!("peak: {smooth}");
     assert!(smooth < 5.0, "{smooth}");
     let jumping = peak("", "smooth_target = false\n");
-    assert!(jumping > 100.0, "a target that is not smooth jumps once a scene step: {jumping}");
+    assert!(jumping > 100.0, "without `smooth_target` the target jumps once per scene step: {jumping}");
 }
 
-/// The same with custom gains that include a D part.
+/// The same holds with custom gains that include a derivative part.
 #[test]
 fn a_controller_follows_without_jumps() {
     let peak = peak("", "gains = [20.0, 0.0, 0.1]\n");
@@ -51,7 +52,7 @@ fn one_physics_step_in_a_scene_step_is_as_before() {
     assert_eq!(peak("dt_s = 0.005\n", ""), peak("dt_s = 0.005\n", "smooth_target = false\n"));
 }
 
-/// Targets that a script sets between physics steps take effect at once.
+/// Targets that a script sets between physics steps take effect immediately.
 #[test]
 fn targets_between_physics_steps_are_taken_as_they_come() {
     let run = |keys: &str| {
@@ -72,7 +73,7 @@ fn targets_between_physics_steps_are_taken_as_they_come() {
     near("position", run(""), run("smooth_target = false\n"), 1e-5);
 }
 
-/// Shaken at 2 Hz by a hand whose targets are set 20 times per second.
+/// A gripper holds its object while a hand, whose targets are set 20 times per second, shakes it at 2 Hz.
 #[test]
 fn what_is_shaken_stays_in_the_hand() {
     let finger = |alias: &str, x: f64, angle: f64| {
@@ -105,6 +106,6 @@ fn what_is_shaken_stays_in_the_hand() {
     let lines = watch_run(&scene, &["/o", "/base/lift/palm"], 12.0);
     let height = |l: &Line| position(l, "/o")[2] - position(l, "/base/lift/palm")[2];
     let held = lines.iter().find(|l| l.time() >= 2.0).map(height).unwrap();
-    assert!(position(&lines[lines.len() - 1], "/o")[2] > 0.1, "not lifted");
+    assert!(position(&lines[lines.len() - 1], "/o")[2] > 0.1, "the object was not lifted");
     near("slip", height(&lines[lines.len() - 1]) - held, 0.0, 5e-4);
 }

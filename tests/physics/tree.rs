@@ -2,8 +2,8 @@
 
 use crate::{kit::*, scenes::*};
 
-/// A block on a slide pushes a box over the floor and retracts: the joint bears the box's friction, and the box stays
-/// where it was left.
+/// Returns a scene in which a block on a slide pushes a box over the floor and retracts: the joint bears the friction
+/// of the box, which then remains where the block left it.
 fn pusher() -> String {
     let slide = placed([0.0, 0.0, 0.1], [0.0, 1.0, 0.0], std::f64::consts::FRAC_PI_2)
         + "\ntype = \"prismatic\"\ncontrol = \"velocity\"\nmax_force_n = 200.0\nlimits_m = [-1.0, 1.0]";
@@ -32,7 +32,7 @@ fn pusher() -> String {
 fn a_joint_feels_what_it_pushes() {
     let lines = watch_run(&pusher(), &["/base/slide", "/box"], 4.0);
     let at = |t: f64| lines.iter().find(|l| l.time() >= t - 1e-9).unwrap();
-    // the block meets the box after 0.05 m
+    // The block reaches the box after 0.05 m.
     near("free", of_joint(at(0.3), "/base/slide", "effort"), 0.0, 1e-9);
     near("pushing", of_joint(at(1.8), "/base/slide", "effort"), 0.5 * 3.0 * G, 1e-3);
     near("pushed", position(at(2.0), "/box")[0], 0.2 + 0.15, 1e-3);

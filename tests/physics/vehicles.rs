@@ -1,4 +1,4 @@
-//! A Pioneer moves as its wheels turn.
+//! Tests that a Pioneer moves as its wheel speeds determine.
 
 use crate::{kit::*, scenes::*};
 
@@ -37,7 +37,7 @@ fn on_the_spot() {
     near("rate of turn", mean / (4.0 * RADIUS / TRACK), 1.0, 5e-4);
 }
 
-/// The caster's wheel, which slides, is not accelerated by turning: `cargo run --release -p soak` tests that for an
+/// Turning does not accelerate the wheel of the caster, which slides. `cargo run --release -p soak` tests this for an
 /// hour.
 #[test]
 fn the_caster_does_not_wind_up() {

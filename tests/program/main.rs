@@ -12,13 +12,13 @@
 //! | `plugins` | Plugins: loading, refusal, crashes, misbehaviour, old and new versions; the header and its recorded layout. |
 //! | `remote` | Services, with the real clients of each protocol where they are available. |
 //! | `page` | The page, in a real browser where there is one. |
-//! | `state` | The same scene and seed give the same bits: on every run, after a snapshot, in a replay. |
+//! | `state` | The same scene and seed give the same bits in every run, after a snapshot, and in a replay. |
 //! | `cli` | The command line: what it prints, writes, draws and describes. |
 //! | `source` | The source tree itself: layers, names, lengths. |
 //!
 //! Tests of one plugin carry its name. Expected values name their source: a formula, or a fact restated in
-//! `tests/facts/`. Tests that need files outside of the repository, or a compiler that is missing, count as ignored. No
-//! test depends on how long something takes.
+//! `tests/facts/`. Tests that need files outside of the repository, or a compiler that is missing, are reported as
+//! ignored. No test depends on how long something takes.
 
 mod cli;
 mod kit;

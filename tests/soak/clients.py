@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Random commands from eight clients of four protocols, for some minutes of real time: no panic, no memory growth.
+"""Sends random commands from eight clients of four protocols, and checks for panics and memory growth.
 
     tests/soak/clients.py target/release/tatu --minutes 30
 
 Two clients each of jsonl, the ZeroMQ remote API, the legacy remote API and rosbridge call all commands with mostly
 meaningless arguments; every few seconds, one of them is killed and replaced. The exit code is 1 if the program ends,
 panics, no longer answers, or uses more memory at the end than after a quarter of the time. Packages from PyPI are
-installed into a folder next to the program's."""
+installed into a folder next to that of the program."""
 
 import argparse, glob, json, os, random, re, signal, socket, subprocess, sys, threading, time, zipfile
 
@@ -14,7 +14,7 @@ KINDS = ["jsonl", "zmq_remote", "legacy_remote", "rosbridge"]
 SCENE = "scenes/first/pioneer_for_ros.toml"
 # Commands that end the run, wait for a user, start programs, or accumulate data in the world.
 NOT = r"quit|close|load|open|save|export|launch|Dialog|[sS]cript|create|copy|import|add|duplicate|wait|moveTo|sim\.step|switchThread|yield"
-# Allowed growth of memory, MiB, because the allocator does not return all freed memory.
+# Allowed growth of memory, MiB. It is not 0 because the allocator does not return all freed memory.
 GROWTH_MB = 24
 
 
@@ -179,7 +179,7 @@ def main():
         return kind, subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def answers():
-        """Returns whether a new client gets answers and can restart the simulation, although others may hold or stop it."""
+        """Returns whether a new client gets answers and can restart the simulation, even if others have stopped it."""
         s = socket.create_connection(("127.0.0.1", int(ports["jsonl"])), 10)
         s.settimeout(30)
         s.sendall(b'{"id":1,"state":true}\n{"id":2,"request":"start"}\n')

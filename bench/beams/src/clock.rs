@@ -1,13 +1,13 @@
-//! Wall and processor time of a region; on a shared machine, processor time is the meaningful measure.
+//! Measures wall and processor time of code. On a shared machine, processor time is the meaningful measure.
 
 use std::time::Instant;
 
 /// Accumulated times, in seconds.
 #[derive(Default, Clone, Copy)]
 pub struct Clock {
-    /// Wall time.
+    /// Wall time, s.
     pub wall: f64,
-    /// Processor time of all threads of this process.
+    /// Processor time of all threads of this process, s.
     pub cpu: f64,
 }
 
@@ -22,18 +22,18 @@ impl Clock {
     }
 }
 
-/// Times of a loop.
+/// The measured times of a loop.
 pub struct Took {
     pub frames: u64,
     /// Total times of all frames.
     pub clock: Clock,
-    /// Median wall time of a frame, s; insensitive to interruptions by other processes.
+    /// Median wall time of a frame, s, which is insensitive to interruptions by other processes.
     pub median: f64,
 }
 
 /// Calls `frame` until its total wall time reaches `seconds`, after one warm-up call that is not timed.
 ///
-/// `prepare(k)` creates the argument of frame k, and is not timed.
+/// `prepare(k)` creates the argument of frame `k` and is not timed.
 pub fn loop_for<T>(seconds: f64, mut prepare: impl FnMut(u64) -> T, mut frame: impl FnMut(T)) -> Took {
     frame(prepare(0));
     let (mut clock, mut walls) = (Clock::default(), Vec::new());

@@ -1,4 +1,4 @@
-//! A depth camera of 640 x 480 pixels in the room of 100 boxes.
+//! Times a depth camera with 640 x 480 pixels in a room with 100 boxes.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
@@ -10,7 +10,7 @@ use crate::{
     scenes::{room, sensor_pose, torus},
 };
 
-/// The camera's parameters: `DEPTH` in `bench/peers/scenes.py`.
+/// The camera's parameters, in pixels, degrees and m, equal to those of `DEPTH` in `bench/peers/scenes.py`.
 const COLUMNS: u32 = 640;
 const ROWS: u32 = 480;
 const ANGLE: f64 = 57.0;
@@ -19,7 +19,7 @@ const FAR: f64 = 10.0;
 const HEIGHT: f64 = 0.8;
 const DOWN: f64 = 10.0;
 
-/// Returns the camera's pose in frame k: +z forward, +y up, +x to the left.
+/// Returns the pose of the camera in frame `k`. Its +z axis points forward, +y up, and +x to the left.
 fn camera(k: u64) -> Isometry3<f64> {
     let (x, y, yaw) = sensor_pose(k);
     let down = DOWN.to_radians();
@@ -49,7 +49,7 @@ pub fn run(asked: &Asked) -> Value {
     let (faces, skip_group, only_object) = (Faces::BOTH, None, None);
     // As in a world, the calling thread is one of the pool's threads.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
-    let pool = pool.build().expect("a pool of threads");
+    let pool = pool.build().expect("the thread pool can be created");
     let mut image = GridImage::default();
     let mut first = 0.0;
     let took = loop_for(asked.number("seconds", 3.0), camera, |world_from_sensor| {

@@ -1,4 +1,4 @@
-//! A planar laser scanner in the room of 100 boxes.
+//! Times a planar laser scanner in a room with 100 boxes.
 
 use nalgebra::Isometry3;
 use serde_json::{Value, json};
@@ -10,11 +10,12 @@ use crate::{
     scenes::{pose, room, sensor_pose, torus},
 };
 
-/// `LIDAR_Z` and `LIDAR_RANGE` in `bench/peers/scenes.py`, in m.
+/// `LIDAR_Z` in `bench/peers/scenes.py`, m. The next constant is its `LIDAR_RANGE`, m.
 const HEIGHT: f64 = 0.3;
 const RANGE: f64 = 30.0;
 
-/// Returns the field of view in degrees: `LIDARS` in `bench/peers/scenes.py`.
+/// Returns the field of view, in degrees, of the scanner with this number of beams in `LIDARS` of
+/// `bench/peers/scenes.py`.
 fn field_of_view(beams: usize) -> f64 {
     match beams {
         180 => 180.0,

@@ -1,4 +1,4 @@
-//! The rooms of `bench/peers/scenes.py`, value for value: the same random generator and the same order of samples.
+//! The rooms of `bench/peers/scenes.py`. The same random generator and the same order of samples give equal values.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -22,12 +22,12 @@ impl Rng {
     }
 }
 
-/// Returns a pose that is rotated about the vertical only.
+/// Returns a pose rotated by `yaw` (rad) about the vertical.
 pub fn pose(x: f64, y: f64, z: f64, yaw: f64) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
 }
 
-/// Returns a target in a separate group.
+/// Returns a target with the id and group `number`.
 pub fn target(number: usize, pose: Isometry3<f64>, form: Form) -> Target {
     Target {
         object: number as u64 + 1,
@@ -43,7 +43,7 @@ fn boxed(number: usize, at: [f64; 3], half: [f64; 3], yaw: f64) -> Target {
     target(number, pose(at[0], at[1], at[2], yaw), Form::Box { half: half.into() })
 }
 
-/// `room()`: 20 m x 20 m, floor, 4 walls, 100 boxes, none within 2 m of the middle.
+/// Returns the targets of `room()`: a floor of 20 m x 20 m, 4 walls, and 100 boxes, none within 2 m of the origin.
 pub fn room() -> Vec<Target> {
     let mut rng = Rng(42);
     let mut out = vec![target(0, Isometry3::identity(), Form::Plane)];
@@ -67,7 +67,7 @@ pub fn room() -> Vec<Target> {
     out
 }
 
-/// `mesh()` at `MESH_CENTRE`: a closed bumpy torus of 100,000 triangles.
+/// Returns the target of `mesh()` at `MESH_CENTRE`: a closed bumpy torus with 100,000 triangles.
 pub fn torus(number: usize) -> Target {
     let (nu, nv) = (250u32, 200u32);
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
@@ -91,19 +91,19 @@ pub fn torus(number: usize) -> Target {
     target(number, Isometry3::translation(3.0, 0.0, 1.0), form)
 }
 
-/// `sensor_pose(k)`: x, y and yaw in frame k.
+/// Returns `sensor_pose(k)`: x (m), y (m) and yaw (rad) of the sensor in frame `k`.
 pub fn sensor_pose(k: u64) -> (f64, f64, f64) {
     let t = 0.1 * (k % 200) as f64;
     (0.8 * t.cos(), 0.8 * t.sin(), 0.3 * (0.7 * t).sin())
 }
 
-/// Returns the number of cells along a side of the arena, and the length of a side, m.
+/// Returns the number of cells along a side of the arena, and the length of a side in m.
 fn arena_side(robots: usize) -> (usize, f64) {
     let cells = ((robots.max(2) - 1).isqrt() + 1).max(5);
     (cells, 2.0 * cells as f64)
 }
 
-/// `arena(n)`: poses of the robots, then static boxes and walls.
+/// Returns `arena(n)`: the poses of the robots (x, y, yaw), and the static boxes and walls.
 pub fn arena(robots: usize) -> (Vec<(f64, f64, f64)>, Vec<Target>) {
     let (cells, side) = arena_side(robots);
     let mut rng = Rng(1000 + robots as u64);
@@ -114,7 +114,7 @@ pub fn arena(robots: usize) -> (Vec<(f64, f64, f64)>, Vec<Target>) {
         let y = ((c / cells) as f64 + 0.5) * 2.0 - side / 2.0;
         poses.push((x, y, rng.uniform(-PI, PI)));
     }
-    // Robots have the groups 1..=robots; each static object has a separate group.
+    // The groups 1..=robots belong to the robots. Each static object has a separate group.
     let mut still = Vec::new();
     for i in 1..cells {
         for j in 1..cells {

@@ -1,4 +1,4 @@
-//! 1000 robots with 16 sonar cones each: Tatu's beams alone, timed as `mujoco_arena.py` times its rays.
+//! Times the beams of 1000 robots with 16 sonar cones each, without physics, as `mujoco_arena.py` times its rays.
 
 use std::f64::consts::PI;
 
@@ -16,17 +16,17 @@ use crate::{
     scenes::{arena, pose},
 };
 
-/// Directions of the sensors in degrees: `SENSOR_ANGLES`.
+/// Directions of the sensors in degrees: `SENSOR_ANGLES` in `bench/peers/scenes.py`.
 const ANGLES: [f64; 16] =
     [90., 50., 30., 10., -10., -30., -50., -90., -90., -130., -150., -170., 170., 150., 130., 90.];
-/// `chassis_z`, `sensor_z` and `sensor_range` of `ROBOT`, in m.
+/// `chassis_z` of `ROBOT`, m. The next two constants are its `sensor_z` and `sensor_range`, m.
 const CHASSIS_Z: f64 = 0.16;
 const SENSOR_Z: f64 = 0.06;
 const RANGE: f64 = 1.0;
-/// Half of the opening angle of the Pioneer's sonars (30 degrees).
+/// Half the opening angle of the Pioneer's sonars (30 degrees), rad.
 const HALF_ANGLE: f64 = 15.0 * PI / 180.0;
 
-/// The solids of one robot in its chassis's frame: `ROBOT`.
+/// Returns the forms of one robot (`ROBOT`) with their poses in the frame of the chassis.
 fn parts() -> [(Isometry3<f64>, Form); 4] {
     let flat = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -PI / 2.0);
     let wheel = Form::Cylinder { radius: 0.0975, half_length: 0.02 };
@@ -39,7 +39,7 @@ fn parts() -> [(Isometry3<f64>, Form); 4] {
     ]
 }
 
-/// The sensors in the chassis's frame.
+/// Returns the poses of the sensors in the frame of the chassis.
 fn mounts() -> Vec<Isometry3<f64>> {
     let mount = |degrees: f64| {
         let a = degrees.to_radians();
@@ -75,7 +75,7 @@ pub fn run(asked: &Asked) -> Value {
     let mut scene = BeamScene::default();
     scene.set(targets);
 
-    // Robots drive in small circles, so that every pose is new in every frame.
+    // Robots drive in small circles, so every pose changes in every frame.
     let place = |k: usize, frame: u64| {
         let (x, y, yaw) = poses[k];
         let t = 0.1 * frame as f64 + k as f64;
@@ -86,7 +86,7 @@ pub fn run(asked: &Asked) -> Value {
     let mut moved = vec![(0, Isometry3::identity()); robots * parts.len()];
     // As in a world, the calling thread is one of the pool's threads.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
-    let pool = pool.build().expect("a pool of threads");
+    let pool = pool.build().expect("the thread pool can be created");
     let mut seen = 0usize;
     let prepare = |frame: u64| (0..robots).map(|k| place(k, frame)).collect::<Vec<_>>();
     let Took { frames, clock, median } = loop_for(asked.number("seconds", 3.0), prepare, |chassis| {

@@ -17,7 +17,7 @@ use crate::{
     report,
 };
 
-/// Returns everything that an id names.
+/// Returns a description of each item that has this id.
 pub fn all(r: &Registry, id: &str) -> Vec<Json> {
     let plugin = |i: usize| r.plugins[i].id.as_str();
     let mut out = Vec::new();
@@ -149,7 +149,7 @@ fn preset(p: &PresetInfo) -> Json {
     json!({ "id": p.id, "text": p.text, "settings": p.settings })
 }
 
-/// Returns all ids.
+/// Returns the ids of all items that can be described.
 pub fn names(r: &Registry) -> Vec<String> {
     let ids = (r.plugins.iter().map(|p| &p.id))
         .chain(r.sensor_kinds().map(|(_, s)| &s.id))
@@ -245,7 +245,7 @@ fn fields(kind: &SensorKind) -> Vec<Json> {
 }
 
 fn field(name: &str, elem: u32, shape: &[u32], unit: Option<&str>, text: &str, nothing: Option<&str>) -> Json {
-    // Dimensions that the sensor determines have names.
+    // Dimensions whose size depends on the sensor are shown by name.
     let dimension = |n: &u32| match *n {
         0 => json!("beams"),
         TATU_DIM_ROWS => json!("rows"),

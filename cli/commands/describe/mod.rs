@@ -14,14 +14,14 @@ use tatu_core::{document::Sources, errors::Error};
 
 use crate::{args::Describe, report, table::table, watchdog::Watchdog};
 
-/// Up to this many commands are listed with their descriptions, more only by name.
+/// Maximum number of a plugin's commands that are listed with descriptions; if there are more, only names are listed.
 const FEW: usize = 20;
-/// More commands than this are only counted.
+/// Maximum number of a plugin's commands that are listed by name; if there are more, only their count is printed.
 const MANY: usize = 200;
 /// Width of lists of names, in columns.
 const WIDTH: usize = 100;
 
-/// Prints the description; the exit code is 2 if the id does not exist.
+/// Prints the descriptions of ids; the exit code is 2 if an id does not exist.
 pub fn describe(args: &Describe) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let registry = match super::registry(args.scene.as_deref(), &Sources::default(), &args.allow, &watchdog) {
@@ -55,8 +55,8 @@ pub fn describe(args: &Describe) -> ExitCode {
             &Error::new("E130", format!("there is no `{id}`"))
                 .expected("a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or command")
                 .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` \
-                       show what is available; models in folders are found from the folder that holds `models/`, with \
-                       `--scene FILE`, or by TATU_MODEL_PATH")
+                       show what is available; models in folders are found from the folder that contains `models/`, \
+                       with `--scene FILE`, or by TATU_MODEL_PATH")
                 .nearest(id, names.iter().map(String::as_str)),
         );
         return ExitCode::from(2);

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt::Write, fs, io, path::Path};
 
 use tatu_core::plugins::{CommandEntry, Declared, Registry, Status};
 
-/// Groups commands by subject; commands whose plugin sets none get a page per namespace.
+/// Groups commands by subject. A command without a subject is listed under the last part of its plugin's id.
 fn pages(r: &Registry) -> BTreeMap<String, Vec<&CommandEntry>> {
     let mut pages: BTreeMap<String, Vec<&CommandEntry>> = BTreeMap::new();
     for c in &r.commands {
@@ -18,7 +18,7 @@ fn pages(r: &Registry) -> BTreeMap<String, Vec<&CommandEntry>> {
     pages
 }
 
-/// Writes the pages into a folder; returns their number.
+/// Writes the pages into a folder; returns the number of pages.
 pub fn write(r: &Registry, folder: &Path) -> io::Result<usize> {
     fs::create_dir_all(folder)?;
     let pages = pages(r);

@@ -18,16 +18,16 @@ use crate::{
     report,
 };
 
-/// Size of the picture of one model, and of one in a sheet, pixels.
+/// Size of the picture of a single model, and of each model in a sheet: columns and rows of pixels.
 const ALONE: [u32; 2] = [480, 360];
 const CELL: [u32; 2] = [160, 120];
-/// Height of the line with a model's name below its picture, and of its letters, pixels.
+/// Height of the caption below each picture of a sheet, and of its letters, pixels.
 const LINE: u32 = 22;
 const LETTERS: f64 = 13.0;
-/// Horizontal field of view, rad: narrow, so that forms are not distorted.
+/// Horizontal field of view, rad. It is narrow to keep perspective distortion small.
 const FOV: f64 = 0.55;
 
-/// Writes a picture of models.
+/// Writes a picture of one model, or a sheet of several, to a file.
 pub fn write(registry: &Arc<Registry>, ids: &[String], output: &Path) -> Result<(), Error> {
     if let [id] = ids {
         return file::write(output, &of_model(registry, id, ALONE, true)?);

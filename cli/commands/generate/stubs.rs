@@ -94,7 +94,7 @@ fn text(command: &CommandEntry) -> String {
             let _ = write!(out, "\n            {}{unit}: {}", p.key, p.text);
         }
     }
-    // A text that ends with a quotation mark would end the docstring one mark early.
+    // A quotation mark at the end would close the docstring one character early.
     if out.ends_with('"') { out + " " } else { out }
 }
 

@@ -1,4 +1,4 @@
-//! Canvas for plots of sensors, drawn at twice the resolution of the picture so that edges are smooth.
+//! A canvas for plots of sensor readings, drawn at twice the resolution of the picture for smooth edges.
 
 use plotters::{coord::Shift, prelude::*, style::text_anchor::Pos};
 use tatu_core::Reading;
@@ -83,7 +83,7 @@ impl Canvas {
         self.on(|area| area.draw(&Text::new(text.to_owned(), fine(&at), style.clone())))
     }
 
-    /// Returns the width of a text.
+    /// Returns the width of a text of this height, in pixels of the picture.
     pub fn width_of(text: &str, height: f64) -> Result<f64, String> {
         know_letters();
         let font = ("sans-serif", height).into_font();
@@ -95,7 +95,7 @@ impl Canvas {
         self.text((20.0, 24.0), text, 19.0, (HPos::Left, VPos::Center))
     }
 
-    /// Draws an image, its highest row first, each of its pixels enlarged.
+    /// Draws an image, top row first, with each pixel enlarged to a square.
     pub fn image(
         &mut self,
         (x, y): (u32, u32),
@@ -112,7 +112,7 @@ impl Canvas {
         }
     }
 
-    /// Draws a picture.
+    /// Copies a picture onto the canvas, with its upper left corner at a position.
     pub fn put(&mut self, at: (u32, u32), picture: &Picture) {
         let pixel = |x: u32, y: u32| {
             let i = (y as usize * picture.columns as usize + x as usize) * 3;
@@ -121,7 +121,7 @@ impl Canvas {
         self.image(at, [picture.columns, picture.rows], 1, pixel);
     }
 
-    /// Returns the picture.
+    /// Returns the canvas scaled down to the resolution of the picture.
     pub fn picture(&self) -> Picture {
         let wide = (self.columns * FINE) as usize;
         let mut rgb = Vec::with_capacity(self.columns as usize * self.rows as usize * 3);
@@ -143,13 +143,13 @@ fn fine(p: &At) -> (i32, i32) {
     (to(p.0), to(p.1))
 }
 
-/// Returns a round number: the smallest of 1, 2 or 5 times a power of ten that is not below `x`.
+/// Returns a round number: the smallest value of the form 1, 2 or 5 times a power of ten that is at least `x`.
 pub fn round_step(x: f64) -> f64 {
     let power = 10f64.powf(x.max(1e-9).log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|f| f * power).find(|s| *s >= x * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 
-/// Formats a number with as many digits as steps of this size need.
+/// Formats a number with as many decimals as are needed to distinguish values that are `step` apart.
 pub fn rounded(x: f64, step: f64) -> String {
     let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{x:.digits$}")

@@ -10,14 +10,14 @@ use crate::plot::INK;
 const ABOVE: u32 = 76;
 const MARGIN: u32 = 20;
 const LEGEND: u32 = 110;
-/// Smaller images are drawn with enlarged pixels.
+/// Minimum width of a drawn image, in pixels; the pixels of smaller images are enlarged.
 const LEAST: u32 = 320;
-/// Colour where nothing was detected.
+/// Colour of pixels in which nothing was detected.
 const NOTHING: [u8; 3] = [40, 40, 44];
-/// Colour where the depth could not be measured.
+/// Colour of pixels in which the depth could not be measured.
 const LOST: [u8; 3] = [120, 120, 124];
 
-/// An image, its lowest row first.
+/// An image with its bottom row first.
 struct Image<'a> {
     columns: u32,
     rows: u32,
@@ -25,7 +25,8 @@ struct Image<'a> {
 }
 
 impl<'a> Image<'a> {
-    /// Returns a field as an image, if its dimensions are [rows, columns] or [rows, columns, each].
+    /// Returns a field as an image, if its dimensions are [rows, columns] or [rows, columns, each], where `each` is the
+    /// number of values per pixel.
     fn of(field: &'a Field, each: usize) -> Option<Self> {
         let [rows, columns, _] = field.dims;
         let len = match &field.value {
@@ -41,7 +42,7 @@ impl<'a> Image<'a> {
         })
     }
 
-    /// Returns the index of a pixel, counted from the upper left corner.
+    /// Returns the index of the pixel at column `x` and row `y`, where row 0 is at the top.
     fn at(&self, x: u32, y: u32) -> usize {
         (self.rows - 1 - y) as usize * self.columns as usize + x as usize
     }
@@ -51,7 +52,7 @@ impl<'a> Image<'a> {
     }
 }
 
-/// Draws a reading that has images; returns `None` if it has none.
+/// Draws the images of a reading; returns `None` if the reading contains no images.
 pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let depth = reading.field("depth_image.depth").and_then(|f| Image::of(f, 1));
     let color = reading.field("color_image.rgb").and_then(|f| Image::of(f, 3));
@@ -138,7 +139,7 @@ fn bytes(value: &Value) -> Option<Vec<u8>> {
     }
 }
 
-/// Returns a colour of a perceptually uniform map; near is bright.
+/// Maps a share of the depth range, 0 to 1, to a colour of a perceptually uniform map, in which near is bright.
 fn shade(share: f64) -> [u8; 3] {
     let RGBColor(r, g, b) = ViridisRGB.get_color(1.0 - share.clamp(0.0, 1.0));
     [r, g, b]

@@ -19,7 +19,8 @@ use tatu_render::Camera;
 
 use crate::{addons, args::Look, report, watchdog::Watchdog};
 
-/// Renders a picture. The exit code is 0; 1 if something went wrong while the scene ran; 2 if there is no picture.
+/// Renders a picture. The exit code is 0 on success, 1 if an error occurred while the scene ran, and 2 if no picture
+/// was written.
 pub fn look(args: &Look) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     match take(args, &watchdog) {
@@ -71,12 +72,14 @@ fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
 /// Default field of view of a camera, degrees.
 const FOV: f64 = 50.0;
 
-/// Returns the scene's camera; if there is none, one that shows everything.
+/// Returns the scene's camera or, if the scene has none, a camera that shows everything.
 fn own_camera(world: &World, args: &Look) -> Camera {
     let fov = args.fov.map(f64::to_radians);
     match tatu_render::scene_camera(world, fov, args.size) {
         Some((camera, path)) => {
-            report::note(&format!("seen by {path}; `--from` and `--to` choose another viewpoint"));
+            report::note(&format!(
+                "the picture shows the view of the camera {path}; `--from` and `--to` choose another viewpoint"
+            ));
             camera
         }
         None => tatu_render::framing(world, fov.unwrap_or(FOV.to_radians()), args.size),

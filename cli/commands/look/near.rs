@@ -10,7 +10,7 @@ const ABOVE: u32 = 76;
 const SIDE: u32 = 520;
 const GAP: u32 = 12;
 const FOV: f64 = 0.7;
-/// Colour of the volume's edges; the line of sight and the detected point have the colour below.
+/// Colours of the volume's edges, and of the line of sight with the detected point.
 const EDGE: [f64; 3] = [0.95, 0.75, 0.1];
 const SIGHT: [f64; 3] = [0.9, 0.2, 0.15];
 
@@ -32,7 +32,7 @@ pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> 
         lines.push(line(Point3::origin(), point, SIGHT, 2.5));
         lines.push(line(point, point, SIGHT, 11.0));
     }
-    // The pictures must show the whole volume and the ground.
+    // Both pictures must show the whole volume and the ground.
     let reach =
         reading.edges.iter().flatten().chain([&[*x, *y, *z]]).fold(0.1_f64, |m, p| m.max(Vector3::from(*p).norm()));
     let middle = pose * Point3::new(0.0, 0.0, reach * 0.5);

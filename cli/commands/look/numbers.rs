@@ -42,7 +42,7 @@ fn line(field: &Field) -> (String, String) {
     (field.name.clone(), format!("{text}{more} {unit}").trim_end().to_owned())
 }
 
-/// Formats a number: latitude and longitude need more digits than lengths; angles are also shown in degrees.
+/// Formats a number. Angles are shown in rad and degrees, with more digits because they may be latitudes or longitudes.
 fn number(x: f64, unit: &str) -> String {
     match unit {
         "rad" => format!("{x:.9} rad ({:.7}\u{b0})", x.to_degrees()),

@@ -1,4 +1,4 @@
-//! Plots a scan seen from above: the sensor in the middle, ahead upwards.
+//! Plots a scan seen from above, with the forward direction of the sensor pointing up.
 
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use tatu_core::Reading;
@@ -14,7 +14,7 @@ const BEAM: RGBColor = RGBColor(205, 222, 240);
 const POINT: RGBColor = RGBColor(200, 40, 40);
 const SENSOR: RGBColor = RGBColor(40, 44, 52);
 
-/// Plots a reading with distances along beams; returns `None` if it has none.
+/// Plots a reading that contains distances along beams; returns `None` for other readings.
 pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let (Some(distances), Some(angles)) = (reading.floats("range_scan.distance"), reading.floats("range_scan.angle"))
     else {
@@ -22,7 +22,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     };
     let limits = reading.floats("range_scan.limits").unwrap_or(&[]);
     let farthest = limits.get(1).copied().filter(|x| x.is_finite() && *x > 0.0);
-    // Seen from above, inclined beams are shorter.
+    // Seen from above, inclined beams appear shorter.
     let rise = reading.floats("range_scan.elevation").unwrap_or(&[]);
     let layered = rise.iter().any(|e| *e != 0.0);
     let flat = |i: usize, d: f64| d * rise.get(i).map_or(1.0, |e| e.cos());
@@ -38,7 +38,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let end = |d: f64| if hit(d) { d.min(shown) } else { shown };
 
     let mut canvas = Canvas::new(SIDE, SIDE + ABOVE);
-    // To the left and ahead, m: the plot must contain the sensor and the ends of all beams.
+    // Coordinates in the picture, m, rightwards and downwards; the plot must contain the sensor and all ends of beams.
     let place = |(a, d): &(f64, f64)| (-end(*d) * a.sin(), -end(*d) * a.cos());
     let (mut low, mut high) = ((0.0_f64, 0.0_f64), (0.0_f64, 0.0_f64));
     for (x, y) in beams.iter().map(place) {
@@ -112,7 +112,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     Ok(Some(canvas))
 }
 
-/// Returns no more points than can be distinguished.
+/// Returns at most `MOST_BEAMS` points, evenly spaced: more could not be distinguished in the picture.
 fn thinned(hits: &[(f64, f64)]) -> impl Iterator<Item = &(f64, f64)> {
     hits.iter().step_by(hits.len().div_ceil(MOST_BEAMS).max(1))
 }

@@ -23,14 +23,14 @@ pub fn find(world: &World, path: &str) -> Result<Reading, Error> {
         0..=MOST_TOLD => all.join("\n  "),
         n => format!("{}\n  and {} more", all[..MOST_TOLD].join("\n  "), n - MOST_TOLD),
     };
-    let list = format!("the sensors of this scene are\n  {list}");
+    let list = format!("the scene has these sensors:\n  {list}");
     Err(match world.nearest(path).filter(|near| all.contains(near) || world.reading(near).is_some()) {
         Some(near) => error.help(format!("did you mean `{near}`? {list}")),
         None => error.help(list),
     })
 }
 
-/// Most sensors listed in an error.
+/// Maximum number of sensors that an error lists.
 const MOST_TOLD: usize = 24;
 
 /// Draws the last reading of a sensor.
@@ -38,7 +38,9 @@ pub fn picture(world: &World, path: &str) -> Result<Picture, Error> {
     let reading = find(world, path)?;
     if reading.sequence == 0 {
         let error = Error::new("E105", format!("`{}` has not measured anything by {} s", reading.path, world.time()));
-        return Err(error.help("give a later time with --at; a sensor with explicit handling waits for a script"));
+        return Err(error.help(
+            "give a later time with --at; a sensor with explicit handling measures only when a script requests it",
+        ));
     }
     let draw = || -> Result<Canvas, String> {
         if let Some(canvas) = scan::draw(&reading)? {

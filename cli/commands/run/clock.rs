@@ -22,8 +22,8 @@ impl Clock {
         Clock { began: Instant::now(), steps: Histogram::new_with_max(LONGEST, DIGITS).ok() }
     }
 
-    /// Calls `step`, which makes a step or waits at the barrier. If it returns true, it made a step, whose duration is
-    /// recorded.
+    /// Calls `step`, which runs a step or waits at the barrier. If it returns `true`, a step was run and its duration
+    /// is recorded.
     pub fn step(&mut self, step: impl FnOnce() -> bool) -> bool {
         let begin = Instant::now();
         let done = step();

@@ -9,7 +9,7 @@ use std::{
 use tatu_core::errors::{Error, Place};
 use tatu_plugin_api::safe::MOST_BYTES;
 
-/// Reads the text of a file, or of a pipe until it is closed.
+/// Reads a file as text; a pipe is read until it is closed.
 fn text(path: &Path) -> IoResult<String> {
     let mut text = String::new();
     File::open(path)?.take(MOST_BYTES + 1).read_to_string(&mut text)?;
@@ -19,7 +19,8 @@ fn text(path: &Path) -> IoResult<String> {
     Ok(text)
 }
 
-/// Remaining key presses, the next one last.
+/// The remaining key presses, each with its simulation time in s, in reverse order: the next key press is the last
+/// element.
 #[derive(Debug, Default, PartialEq)]
 pub struct Keys(Vec<(f64, String)>);
 
@@ -32,8 +33,8 @@ impl Keys {
         Self::parse(&text).map_err(|(line, wrong)| {
             let start = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
             let place = Place { file: path.to_owned(), line, column: 1, span: start..start + wrong.len() };
-            Error::new("E102", format!("`{wrong}` is not a key press"))
-                .expected("TIME KEY: seconds, then a character, a name such as `up`, or a code")
+            Error::new("E102", format!("`{wrong}` is not a line `TIME KEY`"))
+                .expected("a time in seconds and a key: a character, a name such as `up`, or a code")
                 .at(Some(place))
         })
     }
@@ -56,9 +57,9 @@ impl Keys {
         Ok(Keys(all))
     }
 
-    /// Returns the next key that is due at a time.
+    /// Removes and returns the next key that is due at `time` or earlier, if any.
     pub fn due(&mut self, time: f64) -> Option<String> {
-        // Times of steps are products, so 0.15 may be 0.15000000000000002.
+        // Step times are products and carry rounding errors: 0.15 may be computed as 0.15000000000000002.
         self.0.pop_if(|(at, _)| *at <= time + 1e-9).map(|(_, key)| key)
     }
 }

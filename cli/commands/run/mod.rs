@@ -48,7 +48,8 @@ use crate::{
 /// Default length of a run, s of simulation time.
 const DEFAULT_SECONDS: f64 = 10.0;
 
-/// Runs a scene. The exit code is 0; 1 if something went wrong during the run; 2 if it could not be started.
+/// Runs a scene. The exit code is 0 on success, 1 if an error occurred during the run, and 2 if it could not be
+/// started.
 pub fn run(args: &Run) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, args.json);
     let run = || start(args, &watchdog).and_then(|ready| go(args, ready, &watchdog));
@@ -75,9 +76,9 @@ struct Ready {
     log: Option<LogFile>,
     /// Number of steps; `None`: run until stopped.
     steps: Option<u64>,
-    /// Number of steps and hash at the end of the replayed run, if its log has them.
+    /// Number of steps and hash at the end of the replayed run, if its log contains them.
     logged: Option<(u64, u64)>,
-    /// Whether one more barrier follows the last step, as in a replayed run that was ended there.
+    /// Whether the world waits at one more barrier after the last step, because the replayed run ended at that barrier.
     one_more_barrier: bool,
     snapshots: Wanted,
     /// Watches files for changes, if requested.
@@ -120,7 +121,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     };
     let addons = match &replay {
         Some(log) => addons::replayed(&log.header.addons, &document, &registry)?,
-        // A snapshot contains its scripts; no others may be added.
+        // A snapshot contains all of its scripts, so add-ons are not started.
         None if args.from.is_some() => addons::Started::default(),
         None => addons::choose(&args.addons, &document, &registry)?,
     };
@@ -181,7 +182,7 @@ fn no_scene() -> Error {
         .help("give a scene file: `tatu run SCENE`; to run a script without one: `tatu run --script FILE --stand-ins`")
 }
 
-/// Warns if a replay may differ from the recorded run.
+/// Warns if the replay of a log may differ from the recorded run.
 fn told_of(log: &file::Log, registry: &Registry) {
     for text in log.header.differences(registry) {
         let error = Error::new("E117", format!("the replay may differ: {text}"));
@@ -192,10 +193,13 @@ fn told_of(log: &file::Log, registry: &Registry) {
         report::note(&format!("the run read files that are not in the log; they are read from the disk: {files}"));
     }
     if log.cut {
-        report::note("the last line of the input log is truncated, and ignored");
+        report::note("the last line of the input log is incomplete and was ignored");
     }
     if log.end.is_none() {
-        report::note(&format!("the logged run was ended from outside; it is replayed for {} steps", log.steps()));
+        report::note(&format!(
+            "the log is incomplete, because the logged run did not end normally; {} steps are replayed",
+            log.steps()
+        ));
     }
 }
 
@@ -210,8 +214,8 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let mut pace = Pace::new(args, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
-    // The first Ctrl-C ends the run in order, the second at once, because a step, a script or a pipe may block. If the
-    // handler cannot be installed, the first one ends the program at once.
+    // The first Ctrl-C ends the run in an orderly way. The second ends the program immediately, because a step, a
+    // script or a pipe may block. If the handler cannot be installed, the first Ctrl-C ends the program immediately.
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
             crate::watchdog::leave(INTERRUPTED);
@@ -254,7 +258,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
             }
             world.steps() != before
         });
-        // A stop may be requested between two steps; while the simulation is paused, no steps are made.
+        // A stop may be requested between two steps. While the simulation is paused, no steps are run.
         begun = !moved;
         pass(args, &world, &bar, &mut trace, watchdog, begun, false);
         if !begun {
@@ -276,8 +280,10 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     if let Some((_, then)) = logged.filter(|(steps, then)| *steps == done && *then != hash.total) {
         let now = hash.total;
-        let text =
-            format!("the replay came out differently: hash {now:016x} after {done} steps, the log has {then:016x}");
+        let text = format!(
+            "the replay differs from the logged run: the hash after {done} steps is {now:016x}, but the log contains \
+             {then:016x}"
+        );
         report::lost(&Error::new("E504", text).help(
             "replay it with the program, the plugins and the files of the original run; a run cannot be repeated if \
              it used `--allow` or `--reload`, or if threads of a service acted other than by commands",
@@ -333,8 +339,8 @@ fn strict() -> Result<(), Error> {
     }
 }
 
-/// Prints log lines and writes the line of the trace after a pass. `idle` is set if the simulation was paused and no
-/// step was made.
+/// Prints log lines and writes a line of the trace after a pass of the run loop. `idle` is set if the simulation was
+/// paused and no step was run.
 fn pass(
     args: &Run,
     world: &World,
@@ -451,6 +457,6 @@ fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faul
     }
     if !faults.is_empty() {
         let n: u64 = faults.iter().map(|f| f.count).sum();
-        report::err!("{} error(s), {n} time(s) in all", faults.len());
+        report::err!("{} distinct error(s), {n} occurrence(s)", faults.len());
     }
 }

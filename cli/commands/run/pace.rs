@@ -1,4 +1,5 @@
-//! Determines when the next step is run, and passes input to the world before it: keys, and in real time the clock.
+//! Determines when the next step is run, and passes input to the world before each step: keys and, in real time, the
+//! clock.
 
 use std::{
     sync::atomic::{AtomicBool, Ordering},
@@ -26,7 +27,7 @@ pub struct Pace {
     pressed: Vec<String>,
     /// Multiple of real time; `None`: as fast as possible.
     speed: Option<f64>,
-    /// The start of the run, if scripts read the real clock.
+    /// The start time of the run, if scripts read the real clock.
     real: Option<Instant>,
     epoch_told: bool,
     /// Whether the run is held between two steps.
@@ -42,7 +43,7 @@ impl Pace {
     /// is no terminal or the keys cannot be read.
     pub fn new(args: &Run, world: &World) -> Result<Self, Error> {
         let mut keys = args.keys.as_deref().map(Keys::read).transpose()?.unwrap_or_default();
-        // A run that continues from a snapshot has received earlier keys already.
+        // Earlier keys were already received by the run that wrote the snapshot.
         if args.from.is_some() {
             while keys.due(world.time() - world.dt()).is_some() {}
         }
@@ -74,7 +75,7 @@ impl Pace {
             if interrupted.load(Ordering::Relaxed) {
                 return false;
             }
-            // During a pause, scripts are still called from time to time, and keys are held back.
+            // During a pause, scripts are still called at intervals, but keys are held back.
             if world.phase() == Phase::Paused {
                 self.from = (Instant::now(), world.time());
                 std::thread::sleep(SLICE);

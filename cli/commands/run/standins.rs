@@ -1,7 +1,8 @@
-//! Runs a script without its scene: objects that it looks up by name are created, with kinds that fit its calls.
+//! Runs a script without its scene. Objects that the script looks up by name are created, with kinds that fit its
+//! calls.
 //!
-//! The kind of an object is known only when the script uses the object. So the script is run in trials, each with the
-//! objects found so far, until it requests nothing new; the actual run follows.
+//! The kind of an object can be inferred only when the script uses the object. Therefore the script is run in trials,
+//! each with the objects found so far, until it requests nothing new; the actual run follows.
 
 use std::{
     collections::BTreeMap,
@@ -29,8 +30,8 @@ use crate::args::{Run, ScriptKind};
 const ROUNDS: usize = 10;
 /// Maximum number of steps of a trial.
 const TRIAL_STEPS: u64 = 1000;
-/// Aliases of the script's object and of its parent; and the number of objects that exist before any are requested: the
-/// floor and these.
+/// Aliases of the script's object and of its parent, and the number of objects that exist before the script requests
+/// any: these two and the floor.
 const BASE: &str = "model";
 const ABOVE: &str = "above";
 const OWN: usize = 3;
@@ -49,11 +50,11 @@ pub fn options(args: &Run) -> Result<Options, Error> {
 
 /// The result of the trials.
 pub struct Learned {
-    /// The name of the scene, which is not on disk.
+    /// The path of the scene, which exists only in `sources`.
     pub scene: PathBuf,
     /// The files of the scene.
     pub sources: Sources,
-    /// Names of values that get stand-ins.
+    /// Names of values, such as signals, that get stand-ins.
     pub values: Vec<String>,
 }
 
@@ -84,7 +85,7 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
             world.take_lines();
         }
         world.stop();
-        // With the objects that were missing before, a script may get further and look up more.
+        // Once objects that were missing exist, a script may get further and look up more objects.
         let beyond = |f: &&Fault| matches!(f.kind, FaultKind::UnknownFunction | FaultKind::Unsupported);
         let faults = world.faults().iter().filter(beyond).count();
         if best.as_ref().is_none_or(|(least, ..)| faults <= *least) {
@@ -105,7 +106,7 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
     Ok(Learned { scene: script.scene, sources, values })
 }
 
-/// Known requirements of the script on its scene.
+/// What the script is known to require of its scene.
 #[derive(Default, PartialEq)]
 struct Known {
     /// Whether the script's object has a parent.
@@ -116,7 +117,7 @@ struct Known {
 }
 
 impl Known {
-    /// Returns the requirements, extended by those found in a trial.
+    /// Returns these requirements together with those found in a trial.
     fn with(&self, world: &World) -> Self {
         let mut all = world.stand_ins();
         let mut above = self.above;
@@ -162,9 +163,9 @@ pub fn told(world: &World) -> Vec<Value> {
     all.iter().skip(OWN).map(told).collect()
 }
 
-/// The script, and the scene that it is put into.
+/// The script, and the path of the scene that is generated for it.
 struct Script {
-    /// The scene's path, in the script's folder, so that the script's modules are searched there.
+    /// The scene's path. It is in the script's folder, because modules are searched in the folder of the scene.
     scene: PathBuf,
     file: PathBuf,
     text: Vec<u8>,
@@ -174,7 +175,9 @@ struct Script {
 impl Script {
     fn read(args: &Run, registry: &Registry) -> Result<Self, Error> {
         let wrong = |what: String| Error::new("E102", what).expected("--script FILE --stand-ins, with one script");
-        let [name] = args.changes.scripts.as_slice() else { return Err(wrong("several scripts".into())) };
+        let [name] = args.changes.scripts.as_slice() else {
+            return Err(wrong(format!("{} scripts were given", args.changes.scripts.len())));
+        };
         let file = PathBuf::from(name);
         if name.starts_with('/') && name.contains('=') && !file.exists() {
             return Err(wrong(format!("`{name}` names an object, but there is no scene")));
@@ -188,14 +191,14 @@ impl Script {
         Ok(Script { scene, file, text, kind })
     }
 
-    /// Returns the scene with these stand-ins, and the script.
+    /// Returns the files of a scene that contains these stand-ins and the script.
     fn sources(&self, known: &Known, registry: &Registry) -> Sources {
         let text = self.scene(known, registry);
         Sources::of([(self.scene.clone(), text.into_bytes()), (self.file.clone(), self.text.clone())])
     }
 
     fn scene(&self, known: &Known, registry: &Registry) -> String {
-        // The kind of scene script that is closest; threaded scripts are recognized by their source.
+        // Choose the most similar kind that a scene supports; threaded scripts are recognized by their source.
         let kinds: &[&str] = match self.kind {
             ScriptKind::Main => &["main"],
             ScriptKind::AddOn => &["addon", "customization"],
@@ -232,7 +235,7 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     let at = [0.3 + 0.2 * column as f64, 0.2 * line as f64, 0.05];
     let kind = match s.kind.as_str() {
         schema if schema.contains('/') && registry.sensor(schema, &BTreeMap::new()).is_ok() => "sensor",
-        // The kind of sensor or actuator is unknown.
+        // The exact kind of sensor or actuator is unknown, so a dummy takes its place.
         "sensor" | "actuator" => "dummy",
         kind if KINDS.iter().any(|(k, _)| *k == kind) => kind,
         _ => "dummy",
@@ -249,13 +252,13 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     if kind == "sensor" {
         let _ = writeln!(out, "sensor = {}", quoted(&s.kind));
     }
-    // An old dialect, so that this script does not change the order of the others.
+    // With an old dialect, this script does not change the order in which the other scripts are called.
     if s.script {
         out.push_str("[object.script]\ntext = \"\"\nlanguage = \"lua\"\ndialect = \"3.2\"\n");
     }
 }
 
-/// Makes objects whose names differ only by digits the same kind.
+/// Gives the same kind to objects whose names differ only by digits.
 fn alike(mut all: Vec<StandIn>) -> Vec<StandIn> {
     let stem = |s: &StandIn| s.alias.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
     let mut kinds = BTreeMap::new();

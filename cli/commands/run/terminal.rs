@@ -8,7 +8,7 @@ use crossterm::{
 };
 use tatu_core::errors::Error;
 
-/// The meaning of a key.
+/// What a key on the terminal does.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Button {
     /// F5: play or pause.
@@ -25,18 +25,18 @@ pub enum Button {
     Key(String),
 }
 
-/// The terminal in raw mode, until this is dropped.
+/// Keeps the terminal in raw mode until it is dropped.
 pub struct Terminal(());
 
 impl Terminal {
     /// Switches the terminal to raw mode. Fails with E105 if there is no terminal.
     pub fn open() -> Result<Self, Error> {
         let none = |why: String| {
-            Error::new("E105", format!("--interactive needs a terminal: {why}"))
-                .help("start it from a terminal, or press keys with `--keys FILE`")
+            Error::new("E105", format!("--interactive requires a terminal: {why}"))
+                .help("start the program in a terminal, or supply key presses with `--keys FILE`")
         };
         if !std::io::stdin().is_terminal() {
-            return Err(none("standard input is not one".into()));
+            return Err(none("standard input is not a terminal".into()));
         }
         terminal::enable_raw_mode().map_err(|e| none(e.to_string()))?;
         let terminal = Terminal(());
@@ -44,7 +44,7 @@ impl Terminal {
         Ok(terminal)
     }
 
-    /// Returns the next key pressed within this time.
+    /// Returns the next key that is pressed within the time `wait`, if any.
     pub fn next(&mut self, wait: Duration) -> Option<Button> {
         // A terminal that was closed sends no more keys; its hang-up signal ends the run.
         if !event::poll(wait).unwrap_or(false) {
@@ -63,7 +63,7 @@ impl Drop for Terminal {
     }
 }
 
-/// Restores the conversion of line feeds, which raw mode disables, so that output lines begin on the left.
+/// Restores the conversion of line feeds, which raw mode disables, so that each output line starts in the first column.
 #[cfg(unix)]
 fn lines_end_as_ever() {
     // SAFETY: `settings` is filled by `tcgetattr`, whose result is checked, before it is read; both functions accept

@@ -1,4 +1,4 @@
-//! Tests of commands: examples, valid and invalid arguments, reproducibility, independence of worlds.
+//! Tests of commands: their examples, valid and invalid arguments, reproducibility, and independence of worlds.
 
 use std::{fmt::Write, path::Path, time::Duration};
 
@@ -18,11 +18,11 @@ use super::{
 
 /// Maximum number of calls of one command in the test `arguments`.
 const MOST_CALLS: usize = 160;
-/// Time between two runs that are compared: more than a second, which is the resolution of some clocks.
+/// Real time between two runs that are compared. It exceeds one second, the resolution of some clocks.
 const BETWEEN: Duration = Duration::from_millis(1100);
 /// Number of steps of a run.
 const STEPS: usize = 4;
-/// Marks the lines that the script reports; all other lines are ignored.
+/// Prefix of the lines that the script reports; all other lines are ignored.
 const MARK: &str = "@check ";
 
 /// Returns the commands of the plugin under test.
@@ -112,7 +112,7 @@ fn compare(first: &str, second: &str, what: &str) {
     let Some((a, b)) = pairs.find(|(a, b)| a != b) else {
         let [a, b] = [first, second].map(|t| t.lines().count());
         if a != b {
-            error("", format!("{what}: {a} calls return in one run, and {b} in the other"));
+            error("", format!("{what}: {a} calls return in the first run, and {b} in the second"));
         }
         return;
     };
@@ -181,10 +181,10 @@ pub fn waiting(subject: &Subject) -> String {
     format!("{}\nfunction sysCall_thread()\n{}end\n", ordinary(subject), body.replace(", )", ")"))
 }
 
-/// A number that a command which counts calls or waits for a time reaches only after several steps.
+/// An argument that makes a command that counts calls, or waits for this many seconds, wait for several steps.
 const FAR: &str = "7";
 
-/// Returns a script that calls a command a number of times with ordinary arguments.
+/// Returns a script that calls a command `times` times with ordinary arguments.
 pub fn one(c: &CommandEntry, times: usize) -> String {
     let args = good(c).join(", ");
     let call = format!("pcall(f, {args})").replace(", )", ")");
@@ -192,7 +192,8 @@ pub fn one(c: &CommandEntry, times: usize) -> String {
     format!("{TOOLS}\nlocal f = find({name})\nfor _ = 1, f and {times} or 0 do {call} end\n")
 }
 
-/// Returns calls of a command as lines of Lua: with valid arguments, with some omitted, then with each one replaced.
+/// Returns calls of a command as lines of Lua, with valid arguments, with arguments omitted or added, and with each
+/// argument replaced by other values.
 fn calls(c: &CommandEntry) -> Vec<String> {
     let name = quoted(c.name().as_bytes());
     let good = good(c);
@@ -201,7 +202,7 @@ fn calls(c: &CommandEntry) -> Vec<String> {
         args => format!("try({name}, 'bad', {})", args.join(", ")),
     };
     let mut out = vec![call(&good)];
-    // Tables with elements of other types, and empty ones, which pass the checks of elements and reach the code behind.
+    // Empty tables, and tables with elements of other types, which pass the host's checks and reach the plugin's code.
     for table in ["{{1, 2}, {3.5, 4}}", "{'a', 'b'}", "{}"] {
         let other = |(g, p): (&String, &Declared)| match p.kind {
             TATU_LIST | TATU_MAP | TATU_F64S => table.to_owned(),
@@ -212,7 +213,7 @@ fn calls(c: &CommandEntry) -> Vec<String> {
             out.extend((0..=with.len()).rev().map(|n| call(&with[..n])));
         }
     }
-    // Too few arguments, and too many.
+    // Pass too few and too many arguments.
     out.extend((0..good.len()).rev().map(|n| call(&good[..n])));
     out.push(call(&[good.clone(), vec!["1".to_owned(), "'x'".to_owned()]].concat()));
     for i in 0..good.len() {
@@ -254,7 +255,7 @@ fn ordinary_value(p: &Declared) -> String {
     }
 }
 
-/// Returns further values for a parameter as Lua expressions, both valid and invalid ones.
+/// Returns further valid and invalid values for a parameter, as Lua expressions.
 fn others(p: &Declared) -> Vec<String> {
     let mut out: Vec<String> = stage::good(p).iter().skip(1).map(in_lua).collect();
     out.extend(ODD.iter().map(|s| (*s).to_owned()));
@@ -341,7 +342,7 @@ fn quoted(text: &[u8]) -> String {
 
 /// Helper functions at the beginning of all scripts: look up objects, call without raising errors, format results.
 const TOOLS: &str = r"
--- A copy, which commands may make of this script, would make further copies.
+-- Commands may copy this script; without this check, each copy would create further copies.
 if sim.getInt32Signal('tatu.check') then return end
 sim.setInt32Signal('tatu.check', 1)
 local body, eye, hinge = sim.getObject('/body'), sim.getObject('/eye'), sim.getObject('/hinge')

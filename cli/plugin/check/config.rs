@@ -18,7 +18,7 @@ pub struct Config {
     allow: Vec<Allowed>,
 }
 
-/// An allowed finding: one of this test whose place and text contain these strings.
+/// Allows the findings of a test whose place and text contain these strings.
 #[derive(Debug)]
 struct Allowed {
     test: String,
@@ -27,8 +27,9 @@ struct Allowed {
 }
 
 impl Config {
-    /// Reads the given file; otherwise the one next to the plugin, in its parent folder, or in the working folder. If
-    /// there is none, nothing is skipped or allowed. Fails with E101 if the file cannot be read or is invalid.
+    /// Reads the given file, or else the first `tatu-check.toml` found beside the plugin, in the parent of that folder,
+    /// or in the working folder. If there is no such file, nothing is skipped or allowed. Fails with E101 if the file
+    /// cannot be read or is invalid.
     pub fn find(plugin: &Path, given: Option<&Path>) -> Result<Self, Error> {
         if let Some(file) = given {
             return Self::read(file);
@@ -56,7 +57,7 @@ impl Config {
                         if let Some((key, _)) =
                             table.iter().find(|(key, v)| !known.contains(key) || v.as_str().is_none())
                         {
-                            let text = format!("`{key}` in [[allow]] is unknown, or is not a string");
+                            let text = format!("`{key}` in [[allow]] is not a known key, or its value is not a string");
                             return Err(fail(text).help("the keys are `test`, `place`, `text` and `reason`"));
                         }
                         let given = |key: &str| {
@@ -67,7 +68,7 @@ impl Config {
                         needed("reason")?;
                         let (place, text) = (given("place").unwrap_or_default(), given("text").unwrap_or_default());
                         if place.is_empty() && text.is_empty() {
-                            return Err(fail("[[allow]] lacks `place` or `text`".into()));
+                            return Err(fail("[[allow]] must have a non-empty `place` or `text`".into()));
                         }
                         config.allow.push(Allowed { test: needed("test")?, place, text });
                     }

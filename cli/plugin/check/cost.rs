@@ -39,7 +39,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the duration of a step, s.
+/// Returns the mean duration of a step with these devices, s.
 fn stepped(subject: &Subject, devices: &str) -> Result<f64, Error> {
     let world = subject.world(&stage::scene(devices, ""), &[], 1)?;
     world.start();

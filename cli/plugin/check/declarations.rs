@@ -1,4 +1,4 @@
-//! Tests of declarations: reports errors found while loading, and problems that do not prevent loading.
+//! Tests of declarations: errors found while the plugin is loaded, and problems that do not prevent loading.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ fn about(subject: &Subject) {
     }
     let numbers: Vec<&str> = p.version.split(['-', '+']).next().unwrap_or("").split('.').collect();
     if numbers.len() < 2 || numbers.iter().any(|n| n.parse::<u32>().is_err()) {
-        error("", format!("its version `{}` is not one such as \"1.2.0\"", p.version));
+        error("", format!("its version `{}` is not of a form such as \"1.2.0\"", p.version));
     }
     if let Err(e) = spdx::Expression::parse(&p.licence) {
         let text = format!("its licence `{}` is not an SPDX expression such as \"MIT\": {}", p.licence, e.reason);

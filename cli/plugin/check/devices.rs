@@ -21,7 +21,7 @@ use super::{
 
 /// Number of steps of a run.
 const STEPS: usize = 12;
-/// Number of elements of readings after which a run ends early.
+/// Total number of elements in readings after which a run ends early.
 const MOST_ELEMENTS: u32 = 1_000_000;
 /// Number of bodies with an actuator.
 const BODIES: u32 = 7;
@@ -80,7 +80,7 @@ fn measured(subject: &Subject, kind: &SensorKind, scene: &str, threads: usize) -
             elements += reading.fields.iter().map(|f| f.dims.iter().product::<u32>()).sum::<u32>();
             out.push(format!("{}: {:016x}", reading.path, bits(&reading)));
         }
-        // A few images suffice, and hashing many would take long.
+        // A few images suffice, and hashing many of them would take a long time.
         if elements > MOST_ELEMENTS {
             break;
         }
@@ -123,7 +123,10 @@ fn judge(kind: &SensorKind, reading: &Reading) {
                 let which = valid_of(info).unwrap_or_default();
                 error(&place, format!("`{}` is infinite where `{which}` is 1: nothing was measured there", info.name));
             } else if x.is_infinite() && says.is_none() && !nothing.contains("inf") {
-                error(&place, format!("`{}` is infinite, but its `valid` and `nothing` do not allow that", info.name));
+                error(
+                    &place,
+                    format!("`{}` is infinite, which neither `valid` nor `nothing` of the field allows", info.name),
+                );
             }
         }
     }
@@ -153,7 +156,7 @@ fn nothing_of(field: &FieldInfo) -> String {
     format!("{} {schema}", field.nothing.clone().unwrap_or_default())
 }
 
-/// Reports the first line in which two lists differ.
+/// Reports the first line in which two transcripts differ.
 fn compare(place: &str, one: &[String], other: &[String], what: &str) {
     if let Some((a, _)) = one.iter().zip(other).find(|(a, b)| a != b) {
         let whose = a.split(':').next().unwrap_or_default();
@@ -187,7 +190,7 @@ fn actuator_lines(a: &tatu_core::plugins::ActuatorKind) -> Option<String> {
     Some(stage::required(&a.params)? + &commands.collect::<String>())
 }
 
-/// Returns a scene with several bodies that have an actuator each, and one more actuator on a jointed body.
+/// Returns a scene that contains several bodies with one actuator each, and another actuator on a jointed body.
 fn actuator_scene(id: &str, lines: &str) -> String {
     let mut devices = String::new();
     for i in 0..BODIES {
@@ -238,7 +241,8 @@ pub fn configure(file: &Path) -> Result<(), Error> {
                 let (Ok((from_start, _)), Ok((changed, accepted))) = (from_start, changed) else { continue };
                 if accepted && from_start != changed {
                     let text = format!(
-                        "`configure` accepts a change of `{}`, but its readings are not those of a sensor made with that value",
+                        "`configure` accepts a change of `{}`, but then its readings differ from those of a sensor created \
+                         with that value",
                         p.key
                     );
                     error(&place, text);

@@ -15,7 +15,7 @@ pub enum Level {
     Error,
     /// A likely problem for users that violates no rule.
     Warning,
-    /// Information only.
+    /// A remark that is not a problem.
     Note,
 }
 
@@ -23,13 +23,14 @@ pub enum Level {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     pub level: Level,
-    /// The part of the plugin: "command `hello.twice`", "sensor `lamp`"; empty: the plugin as a whole.
+    /// The part of the plugin, such as "command `hello.twice`" or "sensor `lamp`". If empty, the whole plugin.
     pub place: String,
-    /// Description of the problem, one sentence.
+    /// Description of the problem: one sentence, which may refer to the part of the plugin as "it".
     pub text: String,
 }
 
-/// A message from a child process to its parent: a line with [`PREFIX`]. All other lines are output of the plugin.
+/// A message from a child process to its parent, sent as a line that starts with [`PREFIX`]. All other lines are output
+/// of the plugin.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Line {
@@ -58,7 +59,7 @@ pub fn send(line: &Line) {
     #[cfg(unix)]
     {
         use std::os::fd::FromRawFd;
-        // SAFETY: the descriptor stays open until the process exits, and `ManuallyDrop` prevents closing it here.
+        // SAFETY: the descriptor remains open until the process exits, and `ManuallyDrop` prevents closing it here.
         let mut out = std::mem::ManuallyDrop::new(unsafe { std::fs::File::from_raw_fd(channel()) });
         let _ = out.write_all(line.as_bytes());
     }

@@ -1,5 +1,5 @@
-//! Watches the calls of the plugin under test: places arguments directly before guard pages, and checks results against
-//! the rules of the ABI.
+//! Observes the calls of the plugin under test: places arguments directly before guard pages, and checks results
+//! against the rules of the ABI.
 
 use std::{
     ffi::c_void,
@@ -21,13 +21,13 @@ pub const GUARD: &str = "tatu-guard ";
 /// Number of bytes of the stack that are overwritten to detect pointers into it.
 const SCRIBBLE: usize = 32 << 10;
 
-/// Watches the calls into one plugin.
+/// Observes the calls into one plugin.
 pub struct Spy {
     plugin: usize,
     state_bytes: u32,
     /// Whether arguments are copied to memory before guard pages.
     pub guards: AtomicBool,
-    /// How the saved bytes are changed before they are passed to `load`.
+    /// The change that is made to saved bytes before they are passed to `load`.
     pub damage: Mutex<Damage>,
     /// Whether `load` was called with saved bytes that are not empty.
     pub loaded: AtomicBool,
@@ -40,7 +40,7 @@ pub struct Spy {
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Damage {
     None,
-    /// Replaces the version of the writer.
+    /// Replaces the version that the bytes were saved with.
     Version(u32),
     /// Truncates to this number of bytes, and changes the last one.
     First(usize),
@@ -70,7 +70,7 @@ impl Spy {
         }
         if !frame.state.is_null() && self.state_bytes >= 8 {
             let words = self.state_bytes as usize / 8;
-            // SAFETY: the state block of an instance of this plugin has that many bytes and is aligned to 16.
+            // SAFETY: the state block of an instance of this plugin has `state_bytes` bytes and is aligned to 16.
             let words = unsafe { std::slice::from_raw_parts(frame.state.cast::<u64>(), words) };
             if let Some(at) = words.iter().position(|w| is_address(*w)) {
                 let text = format!("its state block, which snapshots save, contains a pointer at byte {}", at * 8);
@@ -163,7 +163,7 @@ impl Inspector for Spy {
     }
 }
 
-/// Returns how findings refer to a command.
+/// Returns the `place` of findings about a command.
 pub fn place(command: &CommandEntry) -> String {
     format!("command `{}`", command.name())
 }
@@ -206,7 +206,7 @@ impl Pages {
                 self.value(a, &format!("its argument {} `{key}`", i + 1), 0)
             })
             .collect();
-        self.keep(bytes_of(&moved), "the array of its arguments, in which those omitted are missing").cast()
+        self.keep(bytes_of(&moved), "the array of its arguments, which does not contain omitted ones").cast()
     }
 
     /// Copies a value so that its spans end directly before guard pages. Empty spans become null pointers.

@@ -1,4 +1,4 @@
-//! `tatu plugin check`: tests a plugin against the rules of the ABI, each test in a process of its own.
+//! `tatu plugin check`: tests a plugin against the rules of the ABI. Each test runs in a separate process.
 //!
 //! - this file: the arguments, the list of tests, the exit code; `process`: runs one test in a child process;
 //! - `config`: `tatu-check.toml`; `report`: output as text, as JSON, and as GitHub annotations;
@@ -53,7 +53,7 @@ pub struct Check {
     /// Also write findings as annotations for GitHub workflows [default: if GITHUB_ACTIONS is set].
     #[arg(long)]
     pub github: bool,
-    /// Seconds of real time after which a test is killed and counts as failed.
+    /// Seconds of real time after which a test is killed and reported as failed.
     #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..=86400))]
     pub timeout: u64,
     /// Use this file instead of searching for tatu-check.toml.
@@ -83,15 +83,19 @@ struct Test {
 
 /// All tests, in the order in which they run.
 const TESTS: &[Test] = &[
-    Test { name: "declarations", text: "what the plugin declares is complete and consistent", run: declarations::run },
-    Test { name: "examples", text: "the examples of commands compile, and run", run: commands::examples },
+    Test {
+        name: "declarations",
+        text: "the plugin's declarations are complete and consistent",
+        run: declarations::run,
+    },
+    Test { name: "examples", text: "the examples of commands compile and run", run: commands::examples },
     Test {
         name: "arguments",
         text: "commands withstand valid and invalid arguments, placed before guard pages",
         run: commands::arguments,
     },
-    Test { name: "repeat", text: "equal runs in two processes give equal results", run: commands::repeat },
-    Test { name: "worlds", text: "what happens in one world changes nothing in another", run: commands::worlds },
+    Test { name: "repeat", text: "equal runs in two processes produce equal results", run: commands::repeat },
+    Test { name: "worlds", text: "calls in one world do not affect another world", run: commands::worlds },
     Test {
         name: "readings",
         text: "readings are finite, and the same on 1 and 2 threads, bit for bit",
@@ -100,7 +104,7 @@ const TESTS: &[Test] = &[
     Test { name: "actuators", text: "actuators act the same on 1 and 2 threads, bit for bit", run: devices::actuators },
     Test {
         name: "configure",
-        text: "a changed parameter acts as if it had been set from the start",
+        text: "a parameter that is changed during a run has the same effect as one set at the start",
         run: devices::configure,
     },
     Test {
@@ -115,13 +119,13 @@ const TESTS: &[Test] = &[
     },
     Test { name: "load", text: "`load` refuses unknown bytes, and survives damaged ones", run: snapshots::load },
     Test { name: "models", text: "models can be built, and stand on the floor", run: sources::models },
-    Test { name: "importers", text: "malformed files give errors", run: sources::importers },
+    Test { name: "importers", text: "malformed files are refused with errors", run: sources::importers },
     Test {
         name: "languages",
         text: "script languages withstand malformed scripts, and own the memory that they return",
         run: sources::languages,
     },
-    Test { name: "services", text: "services never block, and their threads leave worlds alone", run: services::run },
+    Test { name: "services", text: "services never block, and their threads do not access worlds", run: services::run },
     Test { name: "cost", text: "reports the cost of calls; never fails", run: cost::run },
 ];
 
@@ -171,7 +175,7 @@ pub fn check(args: &Check) -> ExitCode {
     if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-/// Returns the test with a name. Fails with E102 if there is none.
+/// Returns the test of this name. Fails with E102 if there is no such test.
 fn test(name: &str) -> Result<&'static Test, Error> {
     TESTS.iter().find(|t| t.name == name).ok_or_else(|| {
         let names = TESTS.iter().map(|t| t.name);

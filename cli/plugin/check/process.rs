@@ -17,10 +17,11 @@ use super::{
     inspector,
     report::Outcome,
 };
+use crate::report::CRASH_HELP;
 
 /// Maximum number of lines of standard error that are stored per test.
 const KEPT: usize = 400;
-/// How long the parent waits for the rest of standard error after a child has ended.
+/// Time for which the parent waits for the rest of standard error after a child has ended.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// Environment variable that is set in the two processes whose transcripts are compared.
@@ -28,7 +29,9 @@ pub const ONE_RUN: &str = "TATU_CHECK_ONE_RUN";
 
 /// Returns the library that a path refers to: the file itself, or the only library in the folder or in its `build`.
 pub fn library(given: &Path) -> Result<PathBuf, Error> {
-    let missing = |text: String| Error::new("E105", text).help("give a library, or a folder with one");
+    let missing = |text: String| {
+        Error::new("E105", text).help("give the path of a library, or of a folder that contains exactly one library")
+    };
     if given.is_file() {
         return Ok(given.to_owned());
     }
@@ -70,7 +73,7 @@ pub fn inside(test: fn(&Path) -> Result<(), Error>, library: &Path) -> ExitCode 
     }
 }
 
-/// Runs a test in a child process, and collects what it finds.
+/// Runs a test in a child process, and collects its findings.
 pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64) -> Outcome {
     let begin = Instant::now();
     let ran = Ran::of(test, library, Duration::from_secs(timeout), false);
@@ -102,7 +105,7 @@ pub struct Ran {
 }
 
 impl Ran {
-    /// Starts a child for a test, waits for its end, and reads what it wrote.
+    /// Starts a child process for a test, waits until it ends, and reads its output.
     ///
     /// If `one_run` is set, the child sends the transcript of a single run instead of comparing two.
     pub fn of(test: &str, library: &Path, timeout: Duration, one_run: bool) -> Result<Self, String> {
@@ -176,7 +179,7 @@ impl Ran {
         }
     }
 
-    /// Returns a finding if the process did not end normally, with its last activity.
+    /// Returns a finding that names the last activity of the process, if the process did not end normally.
     pub fn abnormal_end(&self) -> Option<Finding> {
         if self.done {
             let good = self.status.is_some_and(|s| matches!(s.code(), Some(0 | 1)));
@@ -211,7 +214,7 @@ impl Ran {
                 _ => "a signal",
             };
             let crashed = self.first_error().map_or(String::new(), |e| format!(": {e}"));
-            // The host's functions, like those of C, end the process when an exception reaches them.
+            // Exceptions must not propagate into the host's C functions; one that does ends the process.
             let foreign = ["terminate called", "panic in a function that cannot unwind"];
             let exception = self.errors.iter().any(|l| foreign.iter().any(|f| l.contains(f)));
             return match exception {
@@ -228,7 +231,7 @@ impl Ran {
         let text = self.errors.iter().find_map(|l| l.strip_prefix("error["))?;
         let text = text.split_once("]: ").map(|(_, text)| text)?;
         // The rest of the message applies only to runs of scenes.
-        Some(text.split_once(" (what was printed").map_or(text, |(text, _)| text))
+        Some(text.split_once(&format!(" ({CRASH_HELP}")).map_or(text, |(text, _)| text))
     }
 }
 

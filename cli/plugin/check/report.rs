@@ -49,7 +49,7 @@ pub fn print(outcome: &Outcome) {
     }
 }
 
-/// Prints how many tests passed.
+/// Prints a summary line with the number of tests that passed.
 pub fn sum_up(library: &Path, outcomes: &[Outcome]) {
     let failed = outcomes.iter().filter(|o| o.count(Level::Error) > 0).count();
     let warned: usize = outcomes.iter().map(|o| o.count(Level::Warning)).sum();
@@ -60,7 +60,7 @@ pub fn sum_up(library: &Path, outcomes: &[Outcome]) {
     let tried = outcomes.iter().filter(|o| o.tried).count();
     let idle = match outcomes.len() - tried {
         0 => String::new(),
-        n => format!("; {n} had nothing to test"),
+        n => format!("; {n} tests were not applicable"),
     };
     out!("{}: {} of {tried} tests passed{warned}{idle}", library.display(), tried - failed);
 }

@@ -15,7 +15,7 @@ use super::{
 
 /// Number of steps of a run.
 const STEPS: usize = 8;
-/// Duration of a step above which `barrier` is considered to block. A hold, which is allowed, ends after 0.1 s.
+/// Real time of a step above which `barrier` is considered to block. A hold, which is allowed, ends after 0.1 s.
 const LONG: Duration = Duration::from_millis(700);
 
 /// Runs the test `services`.
@@ -56,7 +56,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
                 error(&place, format!("its `barrier` blocks: a step took {:.1} s", took.as_secs_f64()));
                 break;
             }
-            // Gives the service's threads time to act.
+            // Give the service's threads time to act.
             std::thread::sleep(Duration::from_millis(20));
         }
         finding::at(&place, "when the run ends");

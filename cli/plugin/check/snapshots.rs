@@ -1,4 +1,4 @@
-//! Tests of snapshots: runs that continue from one, reloading, and `load` with invalid bytes.
+//! Tests of snapshots: runs that continue from a snapshot, reloading during a run, and `load` with invalid bytes.
 
 use std::{path::Path, sync::PoisonError};
 
@@ -12,7 +12,7 @@ use super::{
     subject::Subject,
 };
 
-/// Number of steps before the snapshot, and after it.
+/// Number of steps before, and number of steps after, the snapshot.
 const STEPS: usize = 4;
 
 /// Returns a scene with all kinds of devices that the plugin provides, and a script that calls its commands.
@@ -167,7 +167,7 @@ pub fn load(file: &Path) -> Result<(), Error> {
     };
     finding::at("", "when `load` gets bytes of an unknown version");
     if let (true, true) = try_with(Damage::Version(0x7fff_0000))? {
-        error("", "`load` accepts bytes of the unknown version 2147418112; it must refuse all but its own");
+        error("", "`load` accepts bytes of the unknown version 2147418112; it must refuse unsupported versions");
     }
     for n in [0, 1, 7, 8, 9, 16, 24, 31, 40, 64, 100, 200] {
         finding::at(

@@ -41,8 +41,10 @@ pub fn models(file: &Path) -> Result<(), Error> {
         });
         match lowest {
             Some(z) if z < -NEAR => {
-                let text =
-                    format!("its lowest point is {:.1} mm below the floor z = 0, on which a model stands", -1000.0 * z);
+                let text = format!(
+                    "its lowest point is {:.1} mm below the floor z = 0, on which models must stand",
+                    -1000.0 * z
+                );
                 error(&place, text);
             }
             Some(z) if z > NEAR => {

@@ -3,8 +3,8 @@
 use tatu_core::plugins::{Declared, units};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-/// Returns a scene: a room with walls at different distances, a body that falls and slides, a joint that turns, and a
-/// sensor. `devices` are further tables; if `script` is not empty, the scene has the script `check.lua`.
+/// Returns a scene: a room with walls at different distances, a body that falls and slides, a rotating joint, and
+/// a sensor. `devices` are further tables; if `script` is not empty, the scene has the script `check.lua`.
 pub fn scene(devices: &str, script: &str) -> String {
     let mut out = String::from("format = 1\n[scene]\ntext = \"A plugin is checked\"\nseed = 7\n");
     let wall = |alias: &str, at: [f64; 3], size: [f64; 3]| {
@@ -119,7 +119,7 @@ fn between(p: &Declared) -> Vec<f64> {
     near.into_iter().chain(middle).filter(|x| x.is_finite() && x.abs() < 1e9).collect()
 }
 
-/// Returns the line that sets a parameter in a scene file, or `None` if that is not possible.
+/// Returns the line that sets a parameter in a scene file, or `None` if a scene file cannot set it.
 pub fn line(p: &Declared, value: &Value) -> Option<String> {
     let unit = p.unit.as_deref();
     let key = units::written(&p.key, unit);

@@ -46,8 +46,8 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Loads a copy of a library under another name. Host tables end at the sizes that the plugin declares as needs, so
-    /// that a call beyond them is detected.
+    /// Loads a copy of a library under another name. Host tables are truncated to the sizes that the plugin declares to
+    /// need, so that a call beyond them is detected.
     pub fn load(file: &Path) -> Result<Self, Error> {
         let cannot = |e: std::io::Error| Error::new("E105", format!("cannot copy {}: {e}", file.display()));
         let folder = tempfile::tempdir().map_err(cannot)?;
@@ -98,7 +98,7 @@ impl Subject {
         document::load(&file, &self.registry, &Options::default()).map(Arc::new)
     }
 
-    /// Creates a world from such a document, with a folder of its own for files.
+    /// Creates a world from such a document, with a separate folder for files.
     pub fn world(&self, scene: &str, files: &[(&str, &[u8])], threads: usize) -> Result<World, Error> {
         let world = World::with_threads(self.document(scene, files)?, self.registry.clone(), threads)?;
         // Each world gets its own folder, so that files written by one are not visible to another.
@@ -118,7 +118,7 @@ impl Subject {
             .for_each(|f| finding::error(&finding::here(), self.readable(&f.message)));
     }
 
-    /// Replaces the names of folders in a line that differ between processes.
+    /// Replaces the folder names in a line that differ between processes with FOLDER.
     pub fn without_folders(&self, line: &str) -> String {
         let here = std::env::current_dir().unwrap_or_default();
         let line = [self.folder.path(), &here].iter().fold(line.to_owned(), |l, folder| {
@@ -130,7 +130,7 @@ impl Subject {
         parts.fold(first, |l, part| l + part.trim_start_matches(|c: char| c.is_ascii_digit()))
     }
 
-    /// Replaces the name of the loaded copy in a message by that of the original file.
+    /// Replaces the name of the loaded copy in a message with the name of the original file.
     pub fn readable(&self, text: &str) -> String {
         let file = self.file.display().to_string();
         let word = |word: &str| match word.contains(COPY) {
@@ -146,8 +146,8 @@ impl Subject {
 
     /// Returns whether a fault is a violation of the rules by this plugin; errors raised by its commands are not.
     pub fn is_mine(&self, fault: &Fault) -> bool {
-        // A fault without a plugin comes from a thread of the plugin under test: the program's own are known not to
-        // cause any.
+        // A fault without a plugin is attributed to a thread of the plugin under test, because the program's own
+        // plugins are known not to cause such faults.
         let kind = matches!(fault.kind, FaultKind::Plugin | FaultKind::Stuck | FaultKind::Physics);
         kind && fault.plugin.as_ref().is_none_or(|id| *id == self.id)
     }

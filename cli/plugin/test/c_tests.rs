@@ -65,9 +65,9 @@ struct Library<'a> {
 }
 
 impl Library<'_> {
-    /// Starts this program as a child process on this library; returns its end and its report.
+    /// Starts this program as a child process that runs this library; returns how it ended, and its report.
     fn start(&self, name: Option<&str>) -> Result<(Ended, Vec<Value>)> {
-        // Removes the report of an earlier test. If there is none, the error is expected.
+        // Remove the report of an earlier test. This fails if there is no such report, which is not a problem.
         let _ = fs::remove_file(&self.report);
         let command = restart_command();
         let mut command =
@@ -110,7 +110,9 @@ impl Library<'_> {
         let ended_well = report.last().is_some_and(|v| v == "end");
         match process::bad_end(&ended, self.limit) {
             Some(why) => failures.push(Failure::new(why)),
-            None if !ended_well => failures.push(Failure::new("the test ended the process before its end")),
+            None if !ended_well => {
+                failures.push(Failure::new("the test ended the process before the test was complete"))
+            }
             None => {}
         }
         Ok((failures, ended.output))

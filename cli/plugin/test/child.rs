@@ -87,12 +87,12 @@ fn run(args: &RunTest) -> Result {
 
 /// Opens a library; returns its tests with their names.
 fn cases(path: &Path) -> Result<Vec<(String, &'static tatu_test_case)>> {
-    // SAFETY: the user requested to run this library's tests, and so its constructors.
+    // SAFETY: the user requested to run this library's tests, which includes running its constructors.
     let library = unsafe { Library::new(path) };
     let library = library.map_err(|e| {
         let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
         failed(format!("cannot open {}: {e}{reason}", path.display()))
-            .help("a test does not link to the plugin: it reaches it through scenes and commands")
+            .help("tests must not link to the plugin; they use it through scenes and commands")
     })?;
     // SAFETY: by the contract, the symbol is a constant of this type.
     let list = unsafe { library.get::<*const tatu_test_list>(b"tatu_tests\0").map(|s| s.try_as_raw_ptr()) };

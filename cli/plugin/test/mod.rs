@@ -32,14 +32,14 @@ pub struct Test {
     /// Print a JSON object on standard output at the end, instead of a line per test.
     #[arg(long)]
     pub json: bool,
-    /// Seconds of real time after which a test is killed and counts as failed.
+    /// Seconds of real time after which a test is killed and reported as failed.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = limit)]
     pub timeout: f64,
 }
 
 fn limit(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|s: &f64| s.is_finite() && (0.1..=1e6).contains(s));
-    found.ok_or_else(|| "expected a number of seconds, at least 0.1".into())
+    found.ok_or_else(|| "expected a number of seconds from 0.1 to 1000000".into())
 }
 
 /// Runs the tests. The exit code is 0 if all pass, 1 if one fails or the plugin could not be built, and 2 if there is

@@ -4,14 +4,14 @@ use serde::Serialize;
 
 use crate::report;
 
-/// Why a test failed.
+/// A reason for the failure of a test.
 #[derive(Debug, Clone, Serialize)]
 pub struct Failure {
     /// The file in which the failure occurred; empty if it is unknown.
     pub file: String,
     /// Line in the file, counted from 1; 0 if it is unknown.
     pub line: u32,
-    /// Description of the failure.
+    /// Description of the failure, as shown to the user.
     pub text: String,
 }
 
@@ -42,7 +42,7 @@ pub struct Outcomes {
     tells: bool,
 }
 
-/// Maximum number of output lines shown for a failed test; these are the last ones.
+/// Maximum number of output lines shown for a failed test. The last lines are shown.
 const MOST_LINES: usize = 40;
 
 impl Outcomes {

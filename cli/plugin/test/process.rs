@@ -17,7 +17,7 @@ pub struct Ended {
     pub output: String,
 }
 
-/// Maximum stored output of a process, bytes; a test may print in an endless loop.
+/// Maximum size of the stored output of a process, bytes. It is limited because a test may print in an endless loop.
 const MOST: usize = 1 << 20;
 
 /// Runs a command until it ends or the time limit is reached.
@@ -84,7 +84,7 @@ fn reader(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
 /// Describes an abnormal end of a process: the time limit, or a signal. Returns `None` if it exited normally.
 pub fn bad_end(ended: &Ended, limit: Duration) -> Option<String> {
     let Some(status) = ended.status else {
-        return Some(format!("the test has not ended within {} s, and was killed", limit.as_secs_f64()));
+        return Some(format!("the test did not end within {} s and was killed", limit.as_secs_f64()));
     };
     signal(status).map(|n| format!("the test crashed: {}", signal_name(n)))
 }

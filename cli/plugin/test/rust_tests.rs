@@ -88,7 +88,7 @@ impl Program {
     }
 }
 
-/// Extracts the output of a failed test from that of libtest, without the backtrace.
+/// Extracts the output of a failed test from the output of libtest, without the backtrace.
 fn said(output: &str, name: &str) -> Option<String> {
     let begin = format!("---- {name} stdout ----");
     let (_, rest) = output.split_once(begin.as_str())?;

@@ -32,12 +32,12 @@ fn headers(folder: &Path) -> Result<PathBuf> {
     if let Some(home) = home() {
         places.extend([home.join("include"), home.join("../include"), home.join("../lib/tatu/include")]);
     }
-    // In the source tree from which the program was built.
+    // The source tree from which the program was built.
     places.push(Path::new(env!("CARGO_MANIFEST_DIR")).join("plugin-api/include"));
     places.into_iter().find(|place| place.join("tatu/test.h").is_file()).ok_or_else(|| {
         Error::new("E621", "the header tatu/test.h was not found")
             .expected("the header in `sdk/include` of the plugin, or in `include` next to the program")
-            .help("set TATU_INCLUDE to the folder that holds tatu.h")
+            .help("set TATU_INCLUDE to the folder that contains tatu.h")
     })
 }
 
@@ -56,7 +56,7 @@ pub fn library_name(stem: &str) -> String {
     format!("{}{stem}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX)
 }
 
-/// Returns the files in a folder with one of these suffixes, in order of their names; none if there is no such folder.
+/// Returns the files in a folder with one of these suffixes, sorted by name. A folder that does not exist has no files.
 pub fn files(folder: &Path, suffixes: &[&str]) -> Vec<PathBuf> {
     let is_one = |p: &PathBuf| p.is_file() && p.extension().is_some_and(|e| suffixes.iter().any(|s| e == *s));
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();

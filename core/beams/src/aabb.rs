@@ -10,7 +10,7 @@ pub(super) struct Aabb {
     pub high: Vector3<f64>,
 }
 
-/// Tolerance added to every bound, in metres: far above rounding errors, and too small to slow the search.
+/// Tolerance added to every bound, in metres. It is far greater than rounding errors, but too small to slow the search.
 pub(super) const SLACK: f64 = 1e-9;
 
 /// Returns the minimum and the maximum coordinates of a form in the world frame, or `None` if the form is unbounded or
@@ -64,7 +64,7 @@ impl Aabb {
         Self { low: centre.coords - half, high: centre.coords + half }
     }
 
-    /// Returns whether the box is non-empty and its corners are finite.
+    /// Returns whether the box is non-empty and has finite corners.
     pub fn is_real(&self) -> bool {
         (0..3).all(|i| self.low[i] <= self.high[i] && self.low[i].is_finite() && self.high[i].is_finite())
     }

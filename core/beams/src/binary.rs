@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use super::aabb::Aabb;
 
-/// Builds the tree over `order`, indices into `boxes`, and sorts them into the order of the leaves. A child comes after
-/// its parent. The result is deterministic.
+/// Builds the tree over the items in `order`, which are indices into `boxes`, and sorts `order` into the order of the
+/// leaves. In the returned list, every child follows its parent. The result is deterministic.
 pub(super) fn build(order: &mut [u32], boxes: &[Aabb], leaf_size: usize) -> Vec<Node> {
     let mut nodes = vec![Node { aabb: Aabb::EMPTY, first: 0, count: order.len() as u32, depth: 0 }];
     let mut at = 0;
@@ -19,7 +19,7 @@ pub(super) fn build(order: &mut [u32], boxes: &[Aabb], leaf_size: usize) -> Vec<
     nodes
 }
 
-/// A leaf, or an inner node.
+/// A node of the tree: a leaf or an inner node.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
     pub aabb: Aabb,
@@ -43,7 +43,7 @@ impl Node {
     }
 }
 
-/// Depth from which on items are split at the median.
+/// Depth from which nodes are split at the median, to bound the depth of the tree.
 const DEEP: u32 = 32;
 /// Number of bins per axis.
 const BINS: usize = 16;
@@ -53,7 +53,7 @@ struct Cut {
     axis: usize,
     low: f64,
     per_metre: f64,
-    /// Last bin of the first part.
+    /// Index of the last bin of the first part.
     last: usize,
 }
 
@@ -77,7 +77,7 @@ impl Cut {
                 let bin = &mut bins[cut.bin(&aabb.centre())];
                 *bin = (bin.0.merge(aabb), bin.1 + 1);
             }
-            // From right to left: the cost of the second part if it begins at this bin.
+            // The cost of the second part if it starts at this bin, computed from right to left.
             let mut after = [0.0; BINS];
             let mut part = (Aabb::EMPTY, 0);
             for i in (1..BINS).rev() {
@@ -99,7 +99,7 @@ impl Cut {
 }
 
 /// Splits a leaf where the expected traversal cost is lowest (surface area heuristic, in bins along each axis), or at
-/// the median if the bins do not separate anything or the tree would get too deep.
+/// the median if no cut between bins separates the items or the tree would become too deep.
 fn split(nodes: &mut Vec<Node>, order: &mut [u32], at: usize, boxes: &[Aabb], leaf_size: usize) {
     let Node { first, count, depth, .. } = nodes[at];
     if count as usize <= leaf_size {

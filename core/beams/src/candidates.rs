@@ -1,7 +1,8 @@
 //! Candidate targets shared by beams that start at nearly the same point.
 //!
-//! Without them, each cone of a robot's ring of sonars would descend the whole tree to the same few targets. Instead,
-//! the tree is traversed once for a group of beams, and each beam is tested against the targets that were found.
+//! Without candidates, each cone of a robot's ring of sonars would traverse the whole tree and find the same few
+//! targets. Instead, the tree is traversed once for a group of beams, and each beam is tested against the targets that
+//! were found.
 
 use arrayvec::ArrayVec;
 
@@ -14,7 +15,7 @@ use super::{
 
 /// Minimum number of beams in a group; smaller groups use the tree directly.
 const FEWEST: usize = 4;
-/// Maximum number of quads of candidates; with more targets, the tree is as fast.
+/// Maximum number of quads of candidates; with more candidates, the tree is equally fast.
 const QUADS: usize = 8;
 const MOST: usize = 4 * QUADS;
 /// Maximum ratio of the size of the merged region to that of the largest beam's region.
@@ -23,23 +24,23 @@ const STRAY: f64 = 1.5;
 /// The targets near a group of beams.
 pub(super) struct Candidates {
     quads: ArrayVec<Quad, QUADS>,
-    /// Numbers of targets, four to a quad.
+    /// Indices of targets, four for each quad.
     targets: ArrayVec<u32, MOST>,
 }
 
-/// Returns a region that contains everything within the range of a ray or cone, or `None` for other volumes, or if the
-/// far limit is not finite.
+/// Returns a region that contains everything within the range of a ray or cone, or `None` if the beam has another
+/// volume or its far limit is not finite.
 fn space(beam: &Beam) -> Option<Aabb> {
     let is_ball = matches!(beam.volume, Volume::Ray | Volume::Cone { .. });
     let origin = &beam.world_from_beam.translation.vector;
-    // Queries of the tree also use a tolerance.
+    // Queries of the tree use a tolerance, too.
     let reach = beam.far + 2.0 * SLACK;
     let space = Aabb { low: origin.add_scalar(-reach), high: origin.add_scalar(reach) };
     (is_ball && space.is_real()).then_some(space)
 }
 
-/// Returns the number of beams from the first on that start at nearly the same point and skip the same group, and the
-/// region that they search; or `None` if there are too few.
+/// Returns the length of the longest initial part of `beams` in which all beams start at nearly the same point and skip
+/// the same group, and the region that they search; or `None` if these are too few beams.
 pub(super) fn group(beams: &[Beam]) -> Option<(usize, Aabb)> {
     let first = beams.first()?;
     let mut all = space(first)?;
@@ -59,7 +60,7 @@ pub(super) fn group(beams: &[Beam]) -> Option<(usize, Aabb)> {
 }
 
 impl Candidates {
-    /// Returns the wanted targets in a region, or `None` if there are too many.
+    /// Returns the targets in a region for which `wanted` is true, or `None` if there are too many.
     pub fn of(tree: &Tree, boxes: &[Aabb], space: &Aabb, wanted: impl Fn(u32) -> bool) -> Option<Self> {
         let mut targets = ArrayVec::new();
         if !tree.within(space, |target| !wanted(target) || targets.try_push(target).is_ok()) {
@@ -71,7 +72,7 @@ impl Candidates {
         Some(Candidates { quads, targets })
     }
 
-    /// Like [`Tree::walk`], but passes the numbers of targets to `visit`.
+    /// Like [`Tree::walk`], but passes the indices of targets to `visit`.
     pub fn walk(&self, probe: &Probe, limit: f64, mut visit: impl FnMut(u32, f64) -> f64) {
         walk(&self.quads, self.quads.len(), probe, limit, |place, limit| visit(self.targets[place], limit));
     }

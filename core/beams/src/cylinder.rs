@@ -1,11 +1,12 @@
-//! A cone against the curved side of a cylinder or capsule: a branch-and-bound search over one angle.
+//! The nearest point of the curved side of a cylinder or capsule in a cone, by a branch-and-bound search over one
+//! angle.
 //!
-//! At a given angle around the axis of the cylinder the surface is a straight line, and its nearest point that counts
-//! has a closed form. Over an interval of angles the surface lies within a known offset of a flat strip; the nearest
-//! point of that strip in a cone widened by the offset, minus the offset, is a lower bound. Intervals whose bound is
-//! not below the best point so far are dropped, and all others are halved. The offset falls with the square of the
-//! width, so only a handful of intervals remains at each level, and dropped intervals cannot contain a nearer point:
-//! the result is the global minimum to within [`TOLERANCE`].
+//! At a given angle around the axis of the cylinder, the surface is a straight line, whose nearest admissible point has
+//! a closed form. Over an interval of angles, the surface is within a known offset of a flat strip. A lower bound is
+//! the distance of the nearest point of that strip in a cone widened by the offset, minus the offset. Intervals whose
+//! bound is not below the distance of the best point so far are dropped, and all others are halved. Because the offset
+//! decreases with the square of the width, only a few intervals remain at each level. Dropped intervals cannot contain
+//! a nearer point, so the result is the global minimum to within [`TOLERANCE`].
 //!
 //! The common case, a convex cone and a solid seen from outside, is settled beforehand by a tangent plane
 //! ([`CylinderSide::proven`]).
@@ -22,10 +23,12 @@ use super::{
 
 /// Maximum excess over the true minimum distance, in metres.
 const TOLERANCE: f64 = 2e-10;
-/// Maximum distance of the point of a proof from the line of contact, as a fraction of the radius.
+/// Maximum distance, as a fraction of the radius, between the point found in a tangent plane and the plane's line of
+/// contact at which the proof succeeds.
 const PROVEN: f64 = 1e-10;
-/// Maximum number of intervals per level. A larger number means that a whole stretch is equally near (for example, the
-/// apex is on the axis): the search then stops, and the nearest of the samples, which are dense by then, is the result.
+/// Maximum number of intervals per level. More intervals remain only if a whole range of angles is equally near, for
+/// example because the apex is on the axis. The search then stops, and the nearest of the samples, which are dense by
+/// then, is the result.
 const WIDEST: usize = 256;
 /// Maximum number of halvings, after which the samples are closer than rounding.
 const DEEPEST: usize = 44;
@@ -43,9 +46,9 @@ pub(super) type OnCylinderSide = (f64, Vector3<f64>, Vector3<f64>);
 
 /// The result of a proof by tangent planes of a convex solid.
 pub(super) enum Proof {
-    /// No point of the solid counts.
+    /// No point of the solid is admissible.
     Nothing,
-    /// This is the nearest point that counts.
+    /// This is the nearest admissible point.
     Nearest(OnCylinderSide),
     /// Nothing is proven.
     Open,
@@ -55,16 +58,16 @@ impl CylinderSide {
     /// Creates a side. With `skip_back`, back faces are skipped, because a nearer surface always covers them.
     pub fn new(cone: &Cone, radius: f64, half_length: f64, skip_back: bool) -> Self {
         let mut cone = *cone;
-        // The range is slightly larger, so that a limit from another target never changes the course of the search.
+        // The range is slightly enlarged, so that a limit from another target never changes the course of the search.
         cone.sight.far += 2.0 * TOLERANCE;
         Self { cone, radius, half_length, skip_back }
     }
 
-    /// Returns the nearest point that counts.
+    /// Returns the nearest admissible point.
     pub fn nearest(&self) -> Option<OnCylinderSide> {
         let mut level = [0.0; WIDEST];
         let mut next = [0.0; WIDEST];
-        // The front comes first, since it usually has the nearest point.
+        // The front is searched first, since it usually contains the nearest point.
         let mut best = (f64::INFINITY, Vector3::zeros(), Vector3::zeros());
         for (start, end) in self.arcs().into_iter().flatten() {
             let pieces = ((end - start) / FRAC_PI_2).ceil().max(2.0);
@@ -143,8 +146,8 @@ impl CylinderSide {
         Proof::Open
     }
 
-    /// Returns the range of angles at which the surface shows its front to the apex, and that at which it shows its
-    /// back.
+    /// Returns the range of angles at which the front of the surface faces the apex, and the range at which the back
+    /// does.
     fn arcs(&self) -> [Option<(f64, f64)>; 2] {
         let Sight { origin, faces, .. } = &self.cone.sight;
         let away = crate::length(origin.x, origin.y);
@@ -155,7 +158,7 @@ impl CylinderSide {
         [front.then_some((toward - edge, toward + edge)), back.then_some((toward + edge, toward + TAU - edge))]
     }
 
-    /// Offers the nearest point on the straight line along the surface at one angle.
+    /// Updates `best` with the nearest admissible point on the straight line along the surface at one angle.
     fn sample(&self, angle: f64, best: &mut OnCylinderSide) {
         let sight = &self.cone.sight;
         let normal = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
@@ -168,7 +171,7 @@ impl CylinderSide {
         }
     }
 
-    /// Returns a lower bound of the distance of all points that count at the angles of a strip around `middle`.
+    /// Returns a lower bound of the distance of all admissible points at the angles of a strip around `middle`.
     fn bound(&self, middle: f64, strip: &Strip) -> f64 {
         let Cone { sight, cos, sin, half_angle } = &self.cone;
         let offset = strip.offset;

@@ -1,4 +1,4 @@
-//! A cone against a flat disc: candidates in the plane, then on the rim.
+//! The nearest point of a flat disc in a cone, among candidates in the plane and on the rim.
 
 use nalgebra::Vector3;
 
@@ -7,7 +7,7 @@ use super::{
     sight::Cone,
 };
 
-/// Returns the nearest point of a disc that counts; `centre` is relative to the apex.
+/// Returns the nearest admissible point of a disc; `centre` is relative to the apex.
 pub(super) fn disc(
     cone: &Cone,
     centre: &Vector3<f64>,
@@ -24,8 +24,8 @@ pub(super) fn disc(
     best.found()
 }
 
-/// Offers the candidates on the rim: the nearest and the farthest point, and its crossings with the cone and the near
-/// limit.
+/// Updates `best` with the candidates on the rim: its nearest and farthest point, and its crossings with the cone and
+/// with the near limit.
 fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, best: &mut Nearest) {
     // Angles are measured from the nearest point of the rim, so |p|^2 = even + swing cos(angle) with swing <= 0.
     let flat = normal * normal.dot(centre) - centre;
@@ -65,7 +65,7 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
         let split = |p: &Vector3<f64>| (axis.dot(p), (p - axis * axis.dot(p)).norm());
         let excess = |p: &Vector3<f64>| cone.excess(split(p).0, split(p).1);
         let (height, width) = split(&point);
-        // The squared equation is also satisfied on the mirror image of the cone.
+        // The mirror image of the cone also satisfies the squared equation.
         if height * cone.cos < 0.0 && cone.cos.abs() > 1e-12 {
             return;
         }
@@ -138,7 +138,7 @@ fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> Option<f64> {
         if high - low < 1e-15 {
             break;
         }
-        // Every third round bisects, so that the search converges on flat stretches too.
+        // Every third round bisects, so that the search also converges where the function is nearly flat.
         let t = if round % 3 == 2 { 0.5 * (low + high) } else { (low * f_high - high * f_low) / (f_high - f_low) };
         if !(t > low && t < high) {
             break;

@@ -1,6 +1,6 @@
-//! Sensor beams against the detectable surfaces of the scene, independent of the physics engine.
+//! Intersection of sensor beams with the detectable surfaces of a scene, independent of the physics engine.
 //!
-//! The crate contains the geometry of rays and volume beams against every [`Form`](tatu_geometry::Form), and the trees
+//! The crate contains the intersection of rays and volume beams with every [`Form`](tatu_geometry::Form), and the trees
 //! that accelerate casting. Other crates decide what a sensor derives from a hit, and which objects are detectable.
 //! Start with [`BeamScene`]; the geometry of a cone and a flat face is in `planar`.
 //!
@@ -55,8 +55,8 @@ pub use bundle::{BundleCast, BundleHits, RayBundle};
 pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};
 pub use scene::{BeamScene, Target};
 
-/// Returns the length of a two-dimensional vector, in metres. The C library's `hypot` also guards against overflow of
-/// the squares, but takes ten times as long.
+/// Returns the length of a two-dimensional vector. Unlike the C library's `hypot`, it does not guard against overflow
+/// of the squares, and is ten times as fast.
 pub(crate) fn length(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }

@@ -1,4 +1,4 @@
-//! A tree of the triangles of a mesh, built once and shared by all its targets.
+//! The tree of a mesh's triangles, built once and shared by all targets with this mesh.
 
 use std::sync::OnceLock;
 
@@ -14,7 +14,7 @@ use super::{
     triangle::{Triangle, triangle},
 };
 
-/// A mesh prepared for beams. Degenerate triangles, and triangles with missing or non-finite corners, are left out.
+/// A mesh prepared for beams. Degenerate triangles, and triangles with missing or non-finite corners, are omitted.
 #[derive(Debug)]
 pub(super) struct MeshTree {
     /// Triangles, in the order of the tree's leaves.
@@ -39,7 +39,7 @@ impl MeshTree {
         Self { triangles, tree, aabb, packets, clusters: OnceLock::new() }
     }
 
-    /// Returns the nearest point that counts; the probe is in the mesh's frame.
+    /// Returns the nearest admissible point; the probe is in the mesh's frame.
     pub fn cast(&self, probe: &Probe) -> Option<Found> {
         let mut best = None;
         self.tree.walk(probe, probe.far(), |place, limit| {

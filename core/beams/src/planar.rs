@@ -1,9 +1,13 @@
 //! The nearest point of flat faces in a cone, in closed form.
 //!
-//! The nearest point of a convex polygon inside the cone is one of a few candidates: the foot of the perpendicular; the
-//! nearest point of the conic in which the cone cuts the plane; on each edge its nearest point, its ends and its
-//! crossings with the cone; and where the near limit is inside the polygon, a point on its circle. For any cone, every
-//! local minimum of the distance is among them.
+//! The nearest point of a convex polygon inside the cone is one of a few candidates:
+//!
+//! - the foot of the perpendicular;
+//! - the nearest point of the conic in which the cone cuts the plane;
+//! - on each edge, its nearest point, its ends and its crossings with the cone;
+//! - a point on the circle at which the near limit cuts the plane, if that is inside the polygon.
+//!
+//! For any cone, these include every local minimum of the distance.
 
 use nalgebra::Vector3;
 
@@ -23,13 +27,13 @@ impl Nearest {
         Self { distance: f64::INFINITY, point: Vector3::zeros(), near, reach }
     }
 
-    /// Considers a point that lies on the face and in the cone; it becomes the best if it is nearer and within the
-    /// distance limits.
+    /// Considers a point on the face and in the cone, which becomes the best candidate if it is nearer than the current
+    /// one and within the distance limits.
     pub fn offer(&mut self, point: Vector3<f64>) {
         self.offer_at(point.norm(), point);
     }
 
-    /// Like [`offer`](Self::offer), but with a distance that is known exactly.
+    /// Like [`offer`](Self::offer), but for a point whose exact distance is given.
     pub fn offer_at(&mut self, distance: f64, point: Vector3<f64>) {
         if distance >= self.near && distance <= self.reach && distance < self.distance {
             self.distance = distance;
@@ -42,7 +46,7 @@ impl Nearest {
     }
 }
 
-/// Returns the nearest point of a convex polygon that counts; the corners are relative to the apex, counter-clockwise
+/// Returns the nearest admissible point of a convex polygon; the corners are relative to the apex, counter-clockwise
 /// around `normal`.
 pub(super) fn polygon<const N: usize>(
     cone: &Cone,
@@ -63,7 +67,7 @@ pub(super) fn polygon<const N: usize>(
     best.found()
 }
 
-/// Returns the nearest point of a whole plane that counts; `h` is its height above the apex along `normal`.
+/// Returns the nearest admissible point of an infinite plane; `h` is its height above the apex along `normal`.
 pub(super) fn plane(cone: &Cone, h: f64, normal: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
     match interior(cone, h, normal, |_| true) {
         Interior::Nothing => None,
@@ -73,7 +77,7 @@ pub(super) fn plane(cone: &Cone, h: f64, normal: &Vector3<f64>) -> Option<(f64, 
 
 /// Result for the interior of a flat face, before its boundary is considered.
 pub(super) enum Interior {
-    /// No point of the face counts.
+    /// No point of the face is admissible.
     Nothing,
     /// This is the nearest point of the whole face.
     Nearest(Nearest),
@@ -81,7 +85,7 @@ pub(super) enum Interior {
     Maybe(Nearest),
 }
 
-/// Returns the best candidate that does not lie on the boundary of a flat face.
+/// Returns the best candidate that is not on the boundary of a flat face.
 pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl Fn(&Vector3<f64>) -> bool) -> Interior {
     let sight = &cone.sight;
     let height = h.abs();
@@ -138,8 +142,9 @@ pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl 
 
 /// Offers points of the plane exactly at the near limit that are not on the boundary of the face.
 ///
-/// They form a circle around the foot. The part of it that counts either ends on the cone (offered here), ends on the
-/// boundary of the face (offered by [`edge`]), or is the whole circle, of which one point suffices.
+/// The points at the near limit form a circle around the foot of the perpendicular. Its admissible part either ends on
+/// the cone (offered here) or on the boundary of the face (offered by [`edge`]), or is the whole circle, of which one
+/// point suffices.
 fn near_circle(
     cone: &Cone,
     height: f64,
@@ -183,7 +188,7 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
     }
     let at = |t: f64| a + along * t;
 
-    // The nearest point of the edge: if it counts, it is the best candidate; if it is too far away, so is the whole
+    // If the nearest point of the edge is admissible, it is the best candidate. If it is too far away, so is the whole
     // edge.
     let closest = at((-a.dot(&along) / length_squared).clamp(0.0, 1.0));
     let least = closest.norm();
@@ -213,7 +218,7 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
     );
     let excess = |t: f64| cone.excess(a0 + a1 * t, (c0 + c1 * t).norm());
     for root in roots.into_iter().flatten() {
-        // The squared equation also holds on the mirror image of the cone.
+        // The mirror image of the cone also satisfies the squared equation.
         if (a0 + a1 * root) * cone.cos < 0.0 && cone.cos.abs() > 1e-12 {
             continue;
         }
@@ -238,7 +243,7 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
     }
 }
 
-/// Returns the real roots of `a x^2 + b x + c`. A discriminant that is negative only by rounding counts as zero.
+/// Returns the real roots of `a x^2 + b x + c`. A discriminant that is negative only by rounding is treated as zero.
 pub(super) fn quadratic(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
     let discriminant = b * b - 4.0 * a * c;
     let noise = 1e-13 * (b * b + (4.0 * a * c).abs());

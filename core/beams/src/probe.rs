@@ -14,7 +14,7 @@ use super::{
 #[derive(Debug, Clone)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "one at a time lives on the stack, and most are small ones that are made often"
+    reason = "probes live on the stack one at a time, and small ones are created most often"
 )]
 pub(super) enum Probe {
     Ray(Sight),
@@ -22,7 +22,7 @@ pub(super) enum Probe {
     Convex(Convex),
 }
 
-/// Minimum half angle of a cone, in radians; a narrower one is a ray.
+/// Minimum half angle of a cone, in radians; a narrower cone is treated as a ray.
 const NARROWEST: f64 = 1e-9;
 
 impl Probe {
@@ -61,7 +61,7 @@ impl Probe {
         }
     }
 
-    /// Returns the maximum distance at which surfaces are sought.
+    /// Returns the maximum distance at which surfaces are searched for.
     pub fn far(&self) -> f64 {
         match self {
             Self::Ray(sight) => sight.far,

@@ -1,4 +1,4 @@
-//! Rays against every form: crossings in closed form.
+//! Intersection of rays with every form, in closed form.
 
 use nalgebra::Vector3;
 use tatu_geometry::Form;
@@ -9,7 +9,7 @@ use super::{
     solid::unit,
 };
 
-/// Returns the first crossing that counts on a form other than a mesh; the sight is in the form's frame.
+/// Returns the first admissible crossing of a form other than a mesh; the sight is in the form's frame.
 pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
     let mut best = None;
     match form {
@@ -38,7 +38,7 @@ pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
 
 /// Returns the distance at which a ray from the origin crosses a triangle.
 ///
-/// Neighbouring triangles compute the sign for a shared edge from the same values, so no ray slips between them.
+/// Neighbouring triangles compute the sign for a shared edge from the same values, so no ray can pass between them.
 pub(super) fn triangle(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3], normal: &Vector3<f64>) -> Option<f64> {
     let [a, b, c] = corners;
     let sides = [axis.dot(&a.cross(b)), axis.dot(&b.cross(c)), axis.dot(&c.cross(a))];
@@ -46,7 +46,7 @@ pub(super) fn triangle(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3], normal:
     crossed.then(|| normal.dot(a) / normal.dot(axis))
 }
 
-/// Stores a crossing at distance `t` in `best`, if it counts and is nearer.
+/// Stores a crossing at distance `t` in `best`, if it is admissible and nearer than the current one.
 pub(super) fn offer(best: &mut Option<Found>, sight: &Sight, t: f64, normal: Vector3<f64>, primitive: u32) {
     let slope = normal.dot(&sight.axis);
     if t >= sight.near && t <= sight.far && sight.sees_side(slope) && slope.abs() >= sight.cos_incidence {
@@ -84,8 +84,8 @@ fn cuboid(sight: &Sight, half: &Vector3<f64>, best: &mut Option<Found>) {
     }
 }
 
-/// Intersects the ball around (0, 0, `z`). `primitive` returns the part of the surface for the z component of its
-/// normal.
+/// Intersects the ray with the ball around (0, 0, `z`). `primitive` maps the z component of the normal to the part of
+/// the surface, or to `None` if that part does not belong to the form.
 fn ball(sight: &Sight, z: f64, radius: f64, primitive: impl Fn(f64) -> Option<u32>, best: &mut Option<Found>) {
     let from_centre = sight.origin.coords - Vector3::new(0.0, 0.0, z);
     let middle = -from_centre.dot(&sight.axis);

@@ -22,15 +22,15 @@ use super::{
 /// One form that beams can hit. An object with several forms has several targets with the same tag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
-    /// The caller's tag, returned in hits.
+    /// Tag chosen by the caller and returned in hits.
     pub object: u64,
-    /// Group compared with [`Beam::skip_group`]; for example the model that the target belongs to.
+    /// Group that is compared with [`Beam::skip_group`], for example the model to which the target belongs.
     pub group: u32,
     /// Pose of the form in the world frame.
     pub world_from_target: Isometry3<f64>,
-    /// The form.
+    /// The form, in the target's frame.
     pub form: Form,
-    /// Red, green and blue, each 0 to 1, as rendered in full light.
+    /// Colour in full light: red, green and blue, each 0 to 1.
     pub color: [f32; 3],
     /// The texture of the form, in its frame.
     pub texture: Option<Arc<Texture>>,
@@ -38,8 +38,8 @@ pub struct Target {
 
 /// Number of beams per task of the thread pool.
 const CHUNK: usize = 64;
-/// If fewer than one target in `FEW` moves, the tree is updated along the path of each; otherwise the whole tree is
-/// refitted.
+/// If fewer than one in `FEW` targets move, only the ancestors of each moved target are refitted; otherwise the whole
+/// tree is.
 const FEW: usize = 8;
 /// Number of moves per task of the thread pool.
 const MOVES: usize = 256;
@@ -53,13 +53,13 @@ pub struct BeamScene {
     pub(super) targets: Vec<Target>,
     /// Triangle tree of each target; `None` unless its form is a mesh.
     pub(super) trees: Vec<Option<Arc<MeshTree>>>,
-    /// The meshes in use, by address. Holding the mesh keeps its address from being reused.
+    /// The meshes in use, by address. Keeping a reference to each mesh prevents its address from being reused.
     pub(super) meshes: HashMap<usize, (Arc<Mesh>, Arc<MeshTree>)>,
     /// Bounding box of each target in the world frame; empty for an unbounded form.
     boxes: Vec<Aabb>,
     /// Targets with an unbounded form, tested for every beam.
     pub(super) unbounded: Vec<u32>,
-    /// Bounding sphere of each target; meaningless for an unbounded form.
+    /// Bounding sphere of each target; unspecified for an unbounded form.
     pub(super) balls: Vec<Ball>,
     pub(super) top: Tree,
     /// Buffer reused by each update: bounds of the moved targets at their new poses.
@@ -106,9 +106,9 @@ impl BeamScene {
         &self.targets
     }
 
-    /// Moves targets, given by their index in [`targets`](Self::targets). Each move costs time proportional to the
-    /// depth of the tree; if many targets move, the tree is refitted once instead. Long lists are processed in rayon's
-    /// current pool.
+    /// Moves targets, which are given by their indices in [`targets`](Self::targets). Each move takes time proportional
+    /// to the depth of the tree; if many targets move, the whole tree is refitted once instead. Long lists are
+    /// processed in rayon's current pool.
     ///
     /// # Panics
     /// If an index is out of range.
@@ -145,8 +145,8 @@ impl BeamScene {
         self.update_poses(&[(index, pose)]);
     }
 
-    /// Stores a pose and its bounds. Returns whether the tree must be rebuilt because the target has gained or lost
-    /// valid bounds.
+    /// Stores the pose and the bounds of a target. Returns whether the tree must be rebuilt because the target has
+    /// gained or lost valid bounds.
     fn place(&mut self, index: usize, pose: &Isometry3<f64>, (aabb, ball): (Aabb, Ball)) -> bool {
         self.targets[index].world_from_target = *pose;
         self.boxes[index] = aabb;
@@ -201,7 +201,7 @@ impl BeamScene {
         self.cast_among(beam, None)
     }
 
-    /// Casts a beam against the candidates near it, or against all targets if no candidates are known.
+    /// Casts a beam against the given candidates, or against all targets if `near` is `None`.
     fn cast_among(&self, beam: &Beam, near: Option<&Candidates>) -> Hit {
         let mut best: Option<(Found, u32)> = None;
         for piece in 0..convex::pieces(&beam.volume) {
@@ -212,7 +212,7 @@ impl BeamScene {
         best.map_or(Hit::NONE, |(found, index)| self.hit(beam, &found, index as usize))
     }
 
-    /// Updates `best` with the nearest point that counts for one piece of a beam.
+    /// Updates `best` with the nearest admissible point for one piece of a beam.
     fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Candidates>, best: &mut Option<(Found, u32)>) {
         let mut limit = best.as_ref().map_or(probe.far(), |(found, _)| found.distance.min(probe.far()));
         let mut visit = |index: u32, limit: f64| {
@@ -238,7 +238,7 @@ impl BeamScene {
         }
     }
 
-    /// Returns the nearest point of one target, at most `limit` away, in the frame of the target.
+    /// Returns the nearest admissible point of one target, at most `limit` metres away, in the frame of the target.
     fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<Found> {
         let Target { world_from_target, form, .. } = &self.targets[index];
         match (&self.trees[index], probe) {

@@ -1,4 +1,4 @@
-//! Rays and cones prepared for the geometry, and their hits.
+//! Rays and cones prepared for intersection tests, and their hits.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,9 +13,9 @@ pub(super) struct Sight {
     /// Direction of the beam, a unit vector.
     pub axis: Vector3<f64>,
     pub near: f64,
-    /// Maximum distance, lowered to the nearest hit so far; points at exactly this distance still count.
+    /// Maximum distance, inclusive, which is lowered to the nearest hit so far.
     pub far: f64,
-    /// Cosine of the maximum incidence; 0 is no limit.
+    /// Cosine of the maximum incidence; 0 means no limit.
     pub cos_incidence: f64,
     pub faces: Faces,
 }
@@ -39,7 +39,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Returns the nearer of two hits; if they are equally near, the one with the lower primitive.
+    /// Returns the nearer of two hits or, if they are equally near, the one with the lower primitive.
     pub fn nearer(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
             (Some(x), Some(y)) => Some(if (y.distance, y.primitive) < (x.distance, x.primitive) { y } else { x }),
@@ -59,13 +59,13 @@ impl Sight {
         }
     }
 
-    /// Returns whether a flat face at the signed height `h` (positive: the sight's origin is behind it) shows a visible
-    /// side.
+    /// Returns whether the side of a flat face that faces the origin is detected; `h` is the signed height of the face,
+    /// positive if the origin is behind it.
     pub fn sees_side(&self, h: f64) -> bool {
         (h <= 0.0 && self.faces.front) || (h >= 0.0 && self.faces.back)
     }
 
-    /// Returns the maximum distance at which a point of a plane at `height` counts.
+    /// Returns the maximum distance at which a point of a plane at `height` is admissible.
     ///
     /// On a plane, the cosine of the incidence is height divided by distance, so the incidence limit is a distance
     /// limit.
@@ -96,7 +96,8 @@ impl Cone {
         if !self.wide() && along < 0.0 {
             return false;
         }
-        // sin(half_angle - angle) >= 0 is accurate near the surface of the cone, unlike a comparison of cosines.
+        // The test sin(half_angle - angle) >= 0 is accurate near the surface of the cone, unlike a comparison of
+        // cosines.
         self.excess(along, (p - self.sight.axis * along).norm()) >= 0.0 || self.half_angle >= PI - 1e-12
     }
 

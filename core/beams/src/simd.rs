@@ -1,6 +1,6 @@
 //! Selection of the SIMD level of the processor, once per process. The same code is compiled for each level.
 //!
-//! Every level gives the same bits: all operations are rounded individually (no fused multiply-add), lanes are
+//! All levels produce bit-identical results: operations are rounded individually (no fused multiply-add), lanes are
 //! independent, and minima and maxima are computed by comparisons, which define the results for signed zeros and NaN.
 
 use std::sync::OnceLock;
@@ -16,11 +16,11 @@ pub(crate) fn level() -> Level {
     })
 }
 
-/// Runs `work` with the token of a level, in code compiled for it: on x86 with 512, 256 or 128 bits, elsewhere with the
-/// baseline of the architecture.
+/// Runs `work` with the token of a level, in code that is compiled for this level: on x86 with registers of 512, 256 or
+/// 128 bits, elsewhere for the baseline of the architecture.
 ///
 /// The crate's own macro would compile the code twice for 128 bits. Closures in `work` that use the token need
-/// `#[inline(always)]`, like functions; otherwise they are not compiled for the level.
+/// `#[inline(always)]`, as do functions; otherwise they are not compiled for the level.
 macro_rules! dispatch {
     ($level:expr, $simd:ident => $work:expr) => {{
         let level: fearless_simd::Level = $level;

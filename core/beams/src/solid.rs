@@ -1,4 +1,4 @@
-//! Cones against each analytic form: its surfaces, and a shortcut if no limit affects the nearest point.
+//! Intersection of cones with each analytic form, with a shortcut if no limit excludes the nearest point of the form.
 
 use nalgebra::Vector3;
 use tatu_geometry::Form;
@@ -11,7 +11,7 @@ use super::{
     sphere::sphere,
 };
 
-/// Returns the nearest point that counts on a form other than a mesh; the cone is in the form's frame.
+/// Returns the nearest admissible point of a form other than a mesh; the cone is in the form's frame.
 pub(super) fn cast(cone: &Cone, form: &Form) -> Option<Found> {
     match form {
         Form::Plane => {
@@ -153,8 +153,8 @@ fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Optio
     let covered = covered(cone, least);
     let side = CylinderSide::new(cone, radius, half_length, covered);
     if covered && !cone.wide() {
-        // The solid is behind its tangent plane at the point found. If that point is also the nearest of the plane, it
-        // is the nearest of the solid.
+        // The solid is behind its tangent plane at the point found. If that point is the nearest point of the plane, it
+        // is also the nearest point of the solid.
         if let Some(found) = &ends {
             let h = found.normal.dot(&found.point);
             let bound = plane(cone, h, &found.normal);
@@ -174,8 +174,8 @@ fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Optio
     Found::nearer(side.nearest().map(on_side), ends)
 }
 
-/// Returns whether each surface point that faces away is hidden by a nearer point that counts on the same line of
-/// sight.
+/// Returns whether each surface point that faces away from the apex is hidden by a nearer admissible point on the same
+/// line of sight.
 ///
 /// This holds for a solid at distance `least` > 0, unless a limit may exclude the nearer point.
 fn covered(cone: &Cone, least: f64) -> bool {
@@ -183,7 +183,7 @@ fn covered(cone: &Cone, least: f64) -> bool {
     least > 0.0 && sight.faces.front && sight.cos_incidence == 0.0 && sight.near <= least
 }
 
-/// Returns the direction of `v`, or zero.
+/// Returns the unit vector in the direction of `v`, or zero if `v` is zero.
 pub(super) fn unit(v: &Vector3<f64>) -> Vector3<f64> {
     v.try_normalize(0.0).unwrap_or_default()
 }

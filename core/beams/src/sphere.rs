@@ -2,20 +2,20 @@
 //!
 //! The points of a sphere at a distance `d` from the apex form a circle around the line to the centre, seen at an angle
 //! `spread` from that line. Every limit of a beam is a condition on `d` alone: near, far, side and incidence directly,
-//! and the cone as a range of `spread`. The distances that count therefore form intervals, and the nearest is the
-//! smallest interval end that meets all conditions.
+//! and the cone as a range of `spread`. The admissible distances therefore form intervals, and the nearest one is the
+//! smallest end of an interval that satisfies all conditions.
 
 use nalgebra::Vector3;
 
 use super::{planar::any_perpendicular, sight::Cone};
 
-/// Tolerance for conditions that a candidate meets exactly except for rounding.
+/// Tolerance for conditions that a candidate satisfies exactly, except for rounding.
 const SLACK: f64 = 1e-12;
 
-/// Returns the nearest point of a sphere that counts; `centre` is relative to the apex.
+/// Returns the nearest admissible point of a sphere; `centre` is relative to the apex.
 ///
-/// With `half`, only the hemisphere on that side of the centre is considered. Its rim is left to the adjoining part of
-/// the surface.
+/// With `half`, only the hemisphere on that side of the centre is considered, without its rim, which belongs to the
+/// adjoining part of the surface.
 pub(super) fn sphere(
     cone: &Cone,
     centre: &Vector3<f64>,
@@ -60,7 +60,7 @@ pub(super) fn sphere(
     best
 }
 
-/// A sphere in relation to the apex.
+/// A sphere, with quantities relative to the apex and axis of a cone.
 struct View<'a> {
     cone: &'a Cone,
     centre: Vector3<f64>,
@@ -101,7 +101,7 @@ impl<'a> View<'a> {
         libm::acos(((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0))
     }
 
-    /// Returns the point at distance `d` and angle `spread` that is nearest to the axis, if it counts.
+    /// Returns the point at distance `d` and angle `spread` that is nearest to the axis, if it is admissible.
     fn point(&self, d: f64, spread: f64, half: Option<&Vector3<f64>>) -> Option<Vector3<f64>> {
         let sight = &self.cone.sight;
         let size = self.away + self.radius;
@@ -114,7 +114,7 @@ impl<'a> View<'a> {
         let slack = SLACK * size / self.radius;
         let front = sight.faces.front && cos >= sight.cos_incidence - slack;
         let back = sight.faces.back && -cos >= sight.cos_incidence - slack;
-        // Cosines lose precision at small angles; candidates that need to be exact supply an exact spread.
+        // Cosines lose precision at small angles, so callers that need exact candidates pass an exact spread.
         let in_cone = (self.off_axis - spread).abs() <= self.cone.half_angle + SLACK;
         if !(front || back) || !in_cone {
             return None;

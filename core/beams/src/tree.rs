@@ -1,4 +1,5 @@
-//! A bounding volume hierarchy over numbered items: the targets of a scene, or the triangles of a mesh.
+//! A bounding volume hierarchy over items that are identified by indices: the targets of a scene, or the triangles of a
+//! mesh.
 
 use arrayvec::ArrayVec;
 use fearless_simd::{f64x4, prelude::*};
@@ -55,7 +56,7 @@ impl Quad {
         let corner = |c: &[[f64; 4]; 3]| Vector3::new(c[0][lane], c[1][lane], c[2][lane]);
         Aabb { low: corner(&self.low), high: corner(&self.high) }
     }
-    /// Returns, for each box, a lower bound of the distance of its points.
+    /// Returns, for each box, a lower bound of the distance of its points from the origin of the probe.
     #[inline(always)]
     pub fn distances(&self, origin: &Vector3<f64>) -> [f64; 4] {
         let mut squares = [0.0; 4];
@@ -103,7 +104,7 @@ struct Slabs {
     /// Origin of the ray, displaced by the tolerance; compared with the low and the high sides of boxes, respectively.
     low: Vector3<f64>,
     high: Vector3<f64>,
-    /// One over the direction; infinite along axes that the ray is perpendicular to.
+    /// Reciprocal of the direction; infinite along axes to which the ray is perpendicular.
     inverse: Vector3<f64>,
     near: f64,
 }
@@ -127,7 +128,7 @@ impl Slabs {
         for i in 0..3 {
             let low = (f64x4::load_array_ref(simd, &quad.low[i]) - self.low[i]) * self.inverse[i];
             let high = (f64x4::load_array_ref(simd, &quad.high[i]) - self.high[i]) * self.inverse[i];
-            // A ray in the plane of a side gives NaN; `least` and `greatest` then return their second argument.
+            // A ray in the plane of a side yields NaN, for which `least` and `greatest` return their second argument.
             enter = greatest(least(low, high), enter);
             leave = least(greatest(low, high), leave);
         }
@@ -137,22 +138,24 @@ impl Slabs {
     }
 }
 
-/// The tree. A child always comes after its parent.
+/// The tree. In its list of quads, every child follows its parent.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tree {
     quads: Vec<Quad>,
     /// Items in the order of the leaves.
     pub order: Vec<u32>,
-    /// Sum of the areas of the boxes, now and when built: an estimate of the traversal cost.
+    /// Sum of the areas of the boxes, an estimate of the traversal cost. `built_area` is the sum when the tree was
+    /// built.
     area: f64,
     built_area: f64,
-    /// Position of each quad: four times the index of its parent, plus the lane. [`NOWHERE`] for the first.
+    /// Position of each quad in its parent: four times the index of the parent, plus the lane; [`NOWHERE`] for the
+    /// root.
     parents: Vec<u32>,
     /// Position of each item's leaf, encoded in the same way.
     leaves: Vec<u32>,
 }
 
-/// Position of items and quads that are not in the tree.
+/// Position of an item that is not in the tree, or of a quad without a parent.
 const NOWHERE: u32 = u32::MAX;
 
 impl Tree {
@@ -218,7 +221,7 @@ impl Tree {
         }
     }
 
-    /// Refits all boxes after items moved.
+    /// Refits all boxes of the tree to the current boxes of the items.
     pub fn refit(&mut self, boxes: &[Aabb]) {
         self.area = 0.0;
         for at in (0..self.quads.len()).rev() {
@@ -230,7 +233,7 @@ impl Tree {
         }
     }
 
-    /// Refits the ancestors of one item that moved; stops at the first box that does not change.
+    /// Refits the boxes above one item that moved; stops at the first box that does not change.
     pub fn update(&mut self, item: u32, boxes: &[Aabb]) {
         let mut place = self.leaves[item as usize];
         while place != NOWHERE {
@@ -265,7 +268,7 @@ impl Tree {
         &self.quads
     }
 
-    /// Returns whether the refitted tree has become so loose that rebuilding pays off.
+    /// Returns whether refitting has enlarged the boxes so much that rebuilding the tree pays off.
     pub fn worn(&self) -> bool {
         self.area > 1.5 * self.built_area
     }
@@ -350,7 +353,7 @@ fn walk_by(
     bounds_of: impl Fn(&Quad, f64) -> [f64; 4],
     mut visit: impl FnMut(usize, f64) -> f64,
 ) {
-    // Sorted with the nearest on top: bound, first, count.
+    // Entries of bound, first and count, sorted such that the nearest one is on top.
     let mut stack = ArrayVec::<(f64, u32, u32), STACK>::new();
     stack.extend((0..roots.min(quads.len()) as u32).map(|at| (f64::NEG_INFINITY, at, 0)));
     while let Some((bound, first, count)) = stack.pop() {

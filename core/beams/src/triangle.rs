@@ -1,4 +1,4 @@
-//! A triangle of a mesh against a beam.
+//! Intersection of a beam with a triangle of a mesh.
 
 use nalgebra::Vector3;
 use tatu_geometry::Mesh;
@@ -26,7 +26,7 @@ impl Triangle {
             }
             Probe::Cone(cone) => {
                 let corners = corners.map(|c| c - cone.sight.origin.coords);
-                // Most triangles are rejected here: their plane is farther away than a known hit.
+                // Most triangles are rejected here, because their plane is farther away than the nearest hit so far.
                 if normal.dot(&corners[0]).abs() > limit {
                     return None;
                 }

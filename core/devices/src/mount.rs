@@ -17,8 +17,9 @@ pub(crate) struct Motion {
 struct Hinge {
     joint: JointId,
     slides: bool,
-    /// The bodies above and below, and the joint's frame in the body above.
+    /// The bodies above and below the joint.
     bodies: (BodyId, BodyId),
+    /// The joint's frame in the body above it.
     frame_in_a: Isometry3<f64>,
 }
 
@@ -28,14 +29,14 @@ pub(crate) struct Mount {
     /// The body that the device is attached to.
     carrier: Option<BodyId>,
     hinge: Option<Hinge>,
-    /// Position and velocity of a joint that the engine does not move.
+    /// Position and velocity of the mount's joint, if the engine does not move it.
     still: [f64; 2],
     /// Transform from the carrier (or the world) to the joint, or to the device itself if there is no joint of the
     /// engine between them.
     to_joint: Isometry3<f64>,
     /// Transform from the moving frame of that joint to the device.
     from_joint: Isometry3<f64>,
-    /// Velocity of a device that no body carries, derived from its last motion.
+    /// Velocity of the device if no body carries it, derived from its last motion.
     twist: [f64; 6],
 }
 
@@ -95,7 +96,7 @@ impl Mount {
         Motion { pose, twist, joint: state.map_or(self.still, |(_, s)| [s.position, s.velocity]) }
     }
 
-    /// Returns whether a body of the engine carries the mount.
+    /// Returns whether the mount is attached to a body of the engine.
     pub fn is_carried(&self) -> bool {
         self.carrier.is_some()
     }
@@ -120,12 +121,16 @@ impl Mount {
                 let arm = at.translation.vector - engine.centre_of_mass(body).coords;
                 out.push(Push { body, force, torque: torque + arm.cross(&force) });
             }
-            None => lacks = Err("it has no dynamic shape above it to push"),
+            None => lacks = Err("its force acts on nothing, because there is no dynamic shape above it"),
         }
         match self.hinge {
             _ if effort == 0.0 => {}
             Some(h) => h.push(engine, effort, out),
-            None => lacks = Err("it has no dynamic joint between it and the nearest dynamic shape above it"),
+            None => {
+                lacks = Err(
+                    "its effort acts on nothing, because there is no dynamic joint between it and the nearest dynamic shape above it",
+                )
+            }
         }
         lacks
     }

@@ -1,4 +1,4 @@
-//! Many worlds on several threads; each thread owns a fixed share of them.
+//! Runs many worlds on several threads; each thread owns a fixed share of the worlds.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
@@ -67,7 +67,7 @@ impl Batch {
         for _ in 0..workers.len() {
             wrong.extend(told.recv().ok().flatten());
         }
-        // From here on, dropping the batch ends the worlds.
+        // Created before any early return, because dropping the batch ends the worlds.
         let batch = Batch { workers, count, process: process::id() };
         engine.end();
         failed?;
@@ -77,7 +77,7 @@ impl Batch {
         }
     }
 
-    /// Number of worlds.
+    /// Returns the number of worlds.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -86,8 +86,8 @@ impl Batch {
     /// and waits until all calls have returned.
     ///
     /// # Errors
-    /// `f` failed for a world; the error is that of the world with the lowest index. `f` is called for all worlds
-    /// nevertheless.
+    /// `f` failed for a world; the error is that of the world with the lowest index. `f` is still called for all other
+    /// worlds.
     pub fn each<O: Send>(&self, out: &mut [O], f: impl Fn(usize, &mut Seat, &mut O) -> Result + Sync) -> Result {
         if self.process != process::id() {
             return Err(of_another_process(self.process));
@@ -141,7 +141,7 @@ fn none(world: usize, count: usize) -> Error {
         .expected(format!("a number from 0 to {}", count.saturating_sub(1)))
 }
 
-/// The share of one thread in a call of [`Batch::each`].
+/// The share of one thread in a call to [`Batch::each`].
 struct Part<'a, O, F> {
     out: &'a mut [O],
     first: usize,
@@ -162,7 +162,7 @@ impl<O, F: Fn(usize, &mut Seat, &mut O) -> Result> Part<'_, O, F> {
     }
 }
 
-/// The body of a thread: creates its worlds, serves the calls of the batch, then ends the worlds.
+/// Runs on each thread of a batch: creates the thread's worlds, serves the calls of the batch, then ends the worlds.
 fn work(
     setups: Vec<Setup>,
     engine: &Engine,

@@ -1,4 +1,4 @@
-//! A world on a thread of its own that any thread may use.
+//! Runs a world on a separate thread, and lets any thread use it.
 
 use std::{
     any::Any,
@@ -15,14 +15,15 @@ use tatu_core::{
 
 use crate::{Engine, Seat, Setup, line::Line};
 
-/// Stack size of a world's thread, bytes. It is that of a process's main thread, because scripts and importers recurse.
+/// Stack size of a world's thread, bytes. It is as large as that of a main thread on Linux, because scripts and
+/// importers recurse.
 pub(crate) const STACK: usize = 8 << 20;
 
 /// A world that any thread may use. Calls from several threads take turns.
 pub struct Host {
     line: Arc<Line<Option<Seat>>>,
     thread: Option<JoinHandle<()>>,
-    /// Id of the process that created the world. A copy of the process made by `fork` lacks the thread.
+    /// Id of the process that created the world. A copy of the process created by `fork` does not have the thread.
     process: u32,
 }
 
@@ -96,7 +97,7 @@ impl Host {
 impl Drop for Host {
     fn drop(&mut self) {
         let Some(thread) = self.thread.take() else { return };
-        // A forked copy of the process has no thread to end.
+        // In a forked copy of the process, the thread does not exist.
         if self.process == process::id() {
             self.line.end(thread.thread());
             let _ = thread.join();
@@ -124,8 +125,8 @@ pub(crate) fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<J
     thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a world: {e}")).help("open fewer worlds"))
 }
 
-/// Sets the default rounding mode and the `C` locale for this thread, whatever those of the process are. In a locale
-/// with a decimal comma, scripts would read and write numbers differently.
+/// Sets the default rounding mode and the `C` locale for this thread, regardless of the settings of the process. In a
+/// locale with a decimal comma, scripts would parse and format numbers differently.
 #[cfg(unix)]
 pub(crate) fn take_plain_locale() {
     // A thread inherits the rounding mode of the thread that starts it.
@@ -143,12 +144,12 @@ pub(crate) fn take_plain_locale() {
 #[cfg(not(unix))]
 pub(crate) fn take_plain_locale() {}
 
-/// Runs `f`; a panic becomes an error.
+/// Runs `f`, and converts a panic to an error.
 pub(crate) fn guarded<T>(f: impl FnOnce() -> Result<T>) -> Result<T> {
     catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|payload| Err(bug(&*payload)))
 }
 
-/// Returns the error for a panic with this payload.
+/// Converts the payload of a panic to an error.
 fn bug(payload: &(dyn Any + Send)) -> Error {
     let why = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
     let text = format!("the simulator panicked: {}", why.unwrap_or("no message"));
@@ -160,6 +161,7 @@ fn lost() -> Error {
 }
 
 pub(crate) fn of_another_process(process: u32) -> Error {
-    let text = format!("the world belongs to process {process}; this process is a copy that lacks the world's thread");
+    let text =
+        format!("the world belongs to process {process}; this process is a forked copy without the world's thread");
     Error::new("E406", text).help("create worlds after `fork`, or start processes with `spawn`")
 }

@@ -1,14 +1,14 @@
-//! The simulator embedded in another program: an interpreter, a C program, a test.
+//! Embeds the simulator in another program, such as an interpreter, a C program or a test.
 //!
 //! - [`search`]: locates plugins and models; `restart`: starts this program again;
 //! - [`Setup`]: the inputs from which a world is built; [`Seat`]: a world together with these inputs;
-//! - [`Host`]: a world on a thread of its own that any thread may use; [`Batch`]: many worlds on several threads;
-//! - `line`: hands work to such a thread;
-//! - [`sweep`]: many runs that differ in parameters and seeds, each of which produces a row;
-//! - [`picture`]: renders what a camera of a world sees.
+//! - [`Host`]: a world on a separate thread, which any thread may use; [`Batch`]: many worlds on several threads;
+//! - `line`: passes jobs to the thread of a host or a batch;
+//! - [`sweep`]: many runs with different parameters and seeds, each of which produces a row of results;
+//! - [`picture`]: renders the view of a camera.
 //!
-//! A world belongs to the thread that created it: this is part of the contract with plugins. A world that several
-//! threads of the program use therefore needs a thread of its own, to which their calls are handed.
+//! The contract with plugins requires that a world is used only by the thread that created it. A world that several
+//! threads of the program use therefore runs on a separate thread, to which their calls are passed.
 //!
 //! The simulator is a guest in the process: it installs no signal handler and no exit hook, and never exits the
 //! process.

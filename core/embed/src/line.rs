@@ -1,4 +1,4 @@
-//! Hands work to a thread and waits until it is done.
+//! Passes jobs to a thread, and waits until they are done.
 //!
 //! A step takes 10 to 200 us, and waking a thread about 10 us. A waiting thread therefore spins for a while before it
 //! sleeps, provided that no more threads spin or work than there are processors.
@@ -16,14 +16,14 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// No work is posted.
+/// No work has been posted.
 const FREE: u32 = 0;
-/// Work is posted, and waits for the thread or is being done.
+/// Work has been posted; the thread has not finished it yet.
 const POSTED: u32 = 1;
 /// The work is done, and the caller may continue.
 const DONE: u32 = 2;
 
-/// How long a thread spins for new work, and a caller for the end of its work, before they sleep.
+/// Longest time for which a thread spins for new work, or a caller for the completion of its work, before it sleeps.
 const LOOKS: Duration = Duration::from_micros(300);
 
 /// Number of threads in this process that work or spin.
@@ -70,17 +70,17 @@ pub struct Line<T> {
     state: AtomicU32,
     /// Written by the caller while `FREE`, read by the thread while `POSTED`.
     posted: UnsafeCell<Option<Work<T>>>,
-    /// Held by the caller from posting the work until it is done.
+    /// Locked by the caller from posting the work until it is done.
     turn: Mutex<()>,
 }
 
 // SAFETY: `posted` is used by one thread at a time, as its comment states; `state` hands it over. The job is `Send`.
 unsafe impl<T> Send for Line<T> {}
-// SAFETY: as above; callers take turns.
+// SAFETY: as for `Send`; in addition, the mutex `turn` admits only one caller at a time.
 unsafe impl<T> Sync for Line<T> {}
 
 impl<T> Line<T> {
-    /// Creates a line without work.
+    /// Creates a line without any posted work.
     pub fn new() -> Self {
         Line { state: AtomicU32::new(FREE), posted: UnsafeCell::new(None), turn: Mutex::new(()) }
     }
@@ -118,8 +118,8 @@ impl<T> Line<T> {
     /// Posts a job without waiting for it; `None` makes the thread return from [`serve`](Self::serve).
     pub fn post<'a>(&'a self, thread: &Thread, job: Option<&'a mut Job<'_, T>>) -> Posted<'a, T> {
         let turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: only the lifetime changes. `Posted` borrows the job, and does not end before the thread is done with
-        // it.
+        // SAFETY: only the lifetime changes. `Posted` borrows the job, and dropping it waits until the thread is done
+        // with the job.
         let job = job.map(|job| unsafe { std::mem::transmute::<*mut Job<'_, T>, *mut Job<'static, T>>(job) });
         // SAFETY: this caller has the turn and the state is `FREE`, so no other thread uses `posted`.
         unsafe { *self.posted.get() = Some(Work { job, caller: thread::current() }) };

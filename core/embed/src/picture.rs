@@ -1,4 +1,4 @@
-//! Renders what a camera of a world sees.
+//! Renders the view of a camera in a world.
 
 use tatu_core::{
     World,
@@ -20,7 +20,8 @@ pub enum View {
 /// Default field of view, rad.
 const FOV: f64 = 0.872_664_625_997_164_8;
 
-/// Renders a picture of `size` columns and rows; `fov` is the angle between left and right edge, rad.
+/// Renders a picture of `size` columns and rows. `fov` is the angle between its left and right edge, rad; if it is
+/// `None`, the camera's angle or, without a camera, a default is used.
 ///
 /// # Errors
 /// The size or the field of view is out of range, there is no such camera, or the view has no direction.
@@ -28,10 +29,11 @@ pub fn picture(world: &World, view: &View, size: [u32; 2], fov: Option<f64>) -> 
     let [columns, rows] = size;
     if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > 1 << 26 {
         let error = Error::new("E102", format!("cannot render a picture of {columns} x {rows} pixels"));
-        return Err(error.expected("at least 1 pixel, and at most 67 million"));
+        return Err(error.expected("at least 1 column and 1 row, and at most 67108864 pixels"));
     }
-    if fov.is_some_and(|fov| !(fov > 0.0 && fov < std::f64::consts::PI)) {
-        return Err(Error::new("E102", "the field of view is out of range").expected("more than 0, less than pi rad"));
+    if let Some(fov) = fov.filter(|fov| !(*fov > 0.0 && *fov < std::f64::consts::PI)) {
+        let error = Error::new("E102", format!("the field of view of {fov} rad is out of range"));
+        return Err(error.expected("more than 0 and less than pi rad"));
     }
     let camera = match view {
         View::Own => match tatu_render::scene_camera(world, fov, size) {
@@ -40,7 +42,8 @@ pub fn picture(world: &World, view: &View, size: [u32; 2], fov: Option<f64>) -> 
         },
         View::Camera(path) => tatu_render::camera_at(world, path, fov, size).ok_or_else(|| no_camera(world, path))?,
         View::Points(from, to) if from == to => {
-            return Err(Error::new("E102", "the view has no direction").expected("two different points"));
+            return Err(Error::new("E102", "the view has no direction, because both of its points are equal")
+                .expected("two different points"));
         }
         View::Points(from, to) => {
             Camera { from: (*from).into(), to: (*to).into(), fov: fov.unwrap_or(FOV), columns, rows }

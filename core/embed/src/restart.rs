@@ -1,12 +1,13 @@
-//! Starts this program again, for tasks that need a process of their own.
+//! Starts this program again, for tasks that need a separate process.
 
 use std::{ffi::OsString, io, process::Command, sync::OnceLock};
 
-/// Program and leading arguments that start the command line when it is embedded in another program.
+/// Program and leading arguments of the command that starts the command-line interface, if it is embedded in another
+/// program.
 static STARTED_BY: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Sets the command that starts the command line when it is embedded in another program: for example an interpreter,
-/// with the arguments that precede those of the command line. Only the first call has an effect.
+/// Sets the command that starts the command-line interface if it is embedded in another program, such as an interpreter
+/// with the arguments that precede those of the command-line interface. Only the first call has an effect.
 pub fn started_by(command: Vec<OsString>) {
     if !command.is_empty() {
         let _ = STARTED_BY.set(command);

@@ -16,16 +16,16 @@ use tatu_plugin_api::safe::{MOST_BYTES, folders_beside, program_file, read_plain
 pub struct Searched {
     /// The search path.
     pub search: Search,
-    /// Folders of the scene that contain libraries but that the user has not allowed.
+    /// Plugin folders of the scene that contain libraries, and that the user has not allowed.
     pub untrusted: Vec<PathBuf>,
 }
 
-/// Returns the packages of the plugins that belong to the program, which the build script reads from the manifest.
+/// Returns the names of the program's plugin packages, which the build script reads from the manifest.
 pub fn built() -> Vec<&'static str> {
     env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
 }
 
-/// Returns the folders to search for plugins, with or without a scene; `allow` holds the values of `--allow`.
+/// Returns the folders to search for plugins, with or without a scene. `allow` contains the values of `--allow`.
 pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Result<Searched, Error> {
     let exe = program_file();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
@@ -52,19 +52,19 @@ pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Re
     Ok(Searched { search, untrusted })
 }
 
-/// Returns the error for a scene whose plugins the user has not allowed, without a hint.
+/// Returns the error for a scene whose plugins the user has not allowed. The caller adds the hint.
 pub fn untrusted(scene: &Path, folder: &Path) -> Error {
     let shown = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let text = format!(
-        "{} wants to load plugins from {}: native code, which can do whatever you can",
+        "{} loads plugins from {}, which you have not allowed; plugins are native code that has all of your permissions",
         scene.display(),
         shown.display()
     );
     Error::new("E312", text)
 }
 
-/// Returns the folders that are searched for models by name before those of the program, in order: beside the scene (or
-/// in the working folder), those of the environment, and the user's.
+/// Returns the folders that are searched for models before those of the program, in order: `models` beside the scene
+/// or, without a scene, in the working folder; the folders in `TATU_MODEL_PATH`; and the user's folder.
 fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
     let here = scene.and_then(Path::parent).unwrap_or(Path::new(""));
     let mut folders = vec![here.join("models")];
@@ -79,7 +79,7 @@ fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
 }
 
 /// Returns the file of a scene: the path itself if it exists; otherwise a scene that comes with the program, by its
-/// path below `scenes`, or by its name alone if exactly one has this name. The suffix `.toml` may be omitted.
+/// path below `scenes`, or by its file name if exactly one scene has this name. The suffix `.toml` may be omitted.
 pub fn scene_file(given: &Path) -> PathBuf {
     if given.as_os_str().is_empty() || given.is_absolute() || given.exists() {
         return given.to_owned();
@@ -106,15 +106,15 @@ pub fn scene_file(given: &Path) -> PathBuf {
     given.to_owned()
 }
 
-/// Returns the folders of this name that come with the program and exist.
+/// Returns the existing folders named `name` that come with the program.
 pub fn folders_of_program(name: &str) -> Vec<PathBuf> {
     let program = program_file();
     let all = program.iter().flat_map(|program| folders_beside(program, name));
     all.filter(|folder| folder.is_dir()).collect()
 }
 
-/// Returns the folder in which the user installs plugins, which may not exist, or `None` if the environment names no
-/// home folder.
+/// Returns the folder in which the user installs plugins, which need not exist, or `None` if the environment does not
+/// define a home folder.
 pub fn user_folder() -> Option<PathBuf> {
     user_folder_of(|name| std::env::var_os(name))
 }
@@ -148,7 +148,7 @@ fn same_folder(a: &Path, b: &Path) -> bool {
     a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
-/// Returns whether a folder is one that `TATU_TRUST` names, or a subfolder of one.
+/// Returns whether `folder` is listed in `TATU_TRUST`, or is inside a folder that is.
 fn trusted(folder: &Path) -> bool {
     let (Some(all), Ok(folder)) = (std::env::var_os("TATU_TRUST"), folder.canonicalize()) else { return false };
     // A relative path would depend on the working folder.

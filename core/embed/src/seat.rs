@@ -12,7 +12,7 @@ use crate::{Engine, Setup};
 pub struct Seat {
     setup: Setup,
     engine: Engine,
-    /// Services of the world. They end before the world does.
+    /// Services of the world, which end before the world does.
     session: Option<Session>,
     /// `None` only if the last reset or restore failed to rebuild the world.
     world: Option<World>,
@@ -23,7 +23,7 @@ pub struct Seat {
 pub struct Stepped {
     /// Number of steps run.
     pub steps: u64,
-    /// Whether the world is still running; false if something has stopped it.
+    /// Whether the world is still running; false if the scene has requested a stop or the world has ended.
     pub running: bool,
 }
 
@@ -62,9 +62,10 @@ impl Seat {
     /// # Errors
     /// The last reset or restore failed to rebuild the world.
     pub fn world(&self) -> Result<&World> {
-        self.world
-            .as_ref()
-            .ok_or_else(|| Error::new("E405", "there is no world: the last reset failed").help("reset it again"))
+        self.world.as_ref().ok_or_else(|| {
+            Error::new("E405", "there is no world, because the last reset or restore failed")
+                .help("reset the world again")
+        })
     }
     /// Returns the plugins and the document from which the world was built.
     pub fn engine(&self) -> &Engine {
@@ -78,7 +79,7 @@ impl Seat {
     /// Runs up to `n` steps, fewer if the world stops.
     ///
     /// # Errors
-    /// There is no world, because the last reset or restore failed.
+    /// The last reset or restore failed to rebuild the world.
     pub fn step(&self, n: u64) -> Result<Stepped> {
         let world = self.world()?;
         for done in 0..n {
@@ -89,10 +90,10 @@ impl Seat {
         Ok(Stepped { steps: n, running: true })
     }
 
-    /// Rebuilds the world in its initial state, with another seed and other changes if they are given.
+    /// Rebuilds the world in its initial state. `seed` and `set` replace those of the setup if they are given.
     ///
     /// # Errors
-    /// A change is invalid, and the old world is kept; or the new world cannot be created.
+    /// A change is invalid, in which case the old world remains unchanged, or the new world cannot be created.
     pub fn reset(&mut self, seed: Option<u64>, set: Option<Vec<String>>) -> Result {
         if seed.is_some() || set.is_some() {
             let mut setup = self.setup.clone();
@@ -107,7 +108,7 @@ impl Seat {
         })
     }
 
-    /// Captures everything that determines the future of the world.
+    /// Captures all state that determines the future of the world.
     ///
     /// # Errors
     /// The world has stopped, or a part of its state cannot be captured.

@@ -28,21 +28,22 @@ pub enum Scene {
 pub struct Setup {
     /// The scene.
     pub scene: Scene,
-    /// Seed of all random numbers; `None`: the scene's own.
+    /// Seed of all random numbers; if `None`, the scene's own seed is used.
     pub seed: Option<u64>,
     /// Changes to properties, such as `/Robot/leftMotor.max_force_nm=2`.
     pub set: Vec<String>,
-    /// Scripts that replace those of objects: `/Robot=FILE`.
+    /// Scripts that replace the scripts of objects, in the form `/Robot=FILE`.
     pub scripts: Vec<String>,
-    /// Permissions of scripts: `exec`, `native`, `net=HOST:PORT`. `plugins` allows the plugins that the scene names.
+    /// Permissions of scripts: `exec`, `native`, `net=HOST:PORT`. In addition, `plugins` allows the plugins in the
+    /// scene's own folders.
     pub allow: Vec<String>,
-    /// Services to start: `ID:KEY=VALUE`. Services that only the scene names are not started.
+    /// Services to start, in the form `ID:KEY=VALUE`. Services that only the scene declares are not started.
     pub services: Vec<String>,
-    /// Plugin libraries, or folders that contain some; searched before all others.
+    /// Plugin libraries, or folders that contain plugin libraries; searched before all others.
     pub plugins: Vec<PathBuf>,
-    /// Number of threads that one world uses; it does not affect the results.
+    /// Number of threads that each world uses; it does not affect the results.
     pub threads: usize,
-    /// The folder in which scripts open files; `None`: the working folder.
+    /// The folder in which scripts open files; if `None`, the working folder.
     pub files: Option<PathBuf>,
 }
 
@@ -62,7 +63,8 @@ impl Setup {
         }
     }
 
-    /// Returns the path under which the scene is read. For a text, this is a path in the folder of the text.
+    /// Returns the path under which the scene is read. For the text of a scene, this is the path of a fictitious file
+    /// in the text's folder.
     pub fn file(&self) -> PathBuf {
         match &self.scene {
             Scene::File(file) => file.clone(),
@@ -81,13 +83,13 @@ impl Setup {
     /// Returns the changes as options of the core.
     ///
     /// # Errors
-    /// One of them cannot be parsed, or the user's settings cannot be read.
+    /// A change cannot be parsed, or the user's settings cannot be read.
     pub fn options(&self) -> Result<Options> {
         Ok(Options {
             seed: self.seed,
             set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
-            // `plugins` concerns loading, not what scripts may do.
+            // `plugins` is not a permission of scripts; it has been checked when the plugins were loaded.
             allow: self.allow.iter().filter(|a| *a != "plugins").cloned().collect(),
             services: self.services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_>>()?,
             user_settings: user_settings()?,
@@ -97,7 +99,7 @@ impl Setup {
     }
 }
 
-/// The registries that are in use, so that worlds with the same search path share one.
+/// The registries in use, by search path. Worlds with the same search path share a registry.
 static SHARED: Mutex<Vec<(Vec<PathBuf>, Weak<Registry>)>> = Mutex::new(Vec::new());
 
 /// The plugins of a setup and the document of its scene, from which any number of worlds can be created.
@@ -115,7 +117,7 @@ impl Engine {
     /// Loads the plugins and the scene of a setup.
     ///
     /// # Errors
-    /// A file or a change is invalid, or the scene names plugins that are not allowed.
+    /// A file or a change is invalid, or the scene has plugin folders that are not allowed.
     pub fn load(setup: &Setup) -> Result<Self> {
         share_process();
         let registry = registry_of(setup, false)?;
@@ -150,8 +152,8 @@ impl Engine {
     }
 }
 
-/// Returns a registry for a setup, shared with worlds that have the same search path. With `bundled`, the scene file is
-/// not read, so the plugins that it names are not used.
+/// Returns a registry for a setup, shared with worlds that have the same search path. If `bundled` is true, the scene
+/// file is not read, so the scene's own plugin folders are not searched.
 pub(crate) fn registry_of(setup: &Setup, bundled: bool) -> Result<Arc<Registry>> {
     let mut search = search_of(setup, bundled)?;
     let given: Vec<PathBuf> = setup.plugins.iter().filter(|p| p.is_file()).cloned().collect();
@@ -173,8 +175,8 @@ fn search_of(setup: &Setup, bundled: bool) -> Result<Search> {
     let scene = (!bundled).then_some(file.as_path());
     let Searched { mut search, untrusted } = searched(scene, &setup.sources(), &setup.allow)?;
     if let Some(folder) = untrusted.first() {
-        let help = "if you trust the folder, allow `plugins`, or name it once for all runs in the environment: \
-                    TATU_TRUST=/absolute/folder";
+        let help = "if you trust the folder, allow `plugins` for this run, or trust it in all runs by setting \
+                    the environment variable TATU_TRUST=/absolute/folder";
         return Err(search::untrusted(&file, folder).help(help));
     }
     for path in setup.plugins.iter().rev() {
@@ -182,7 +184,7 @@ fn search_of(setup: &Setup, bundled: bool) -> Result<Search> {
             search.folders.insert(0, (path.clone(), Source::Environment));
         } else if !path.is_file() {
             let error = Error::new("E311", format!("there is no plugin at {}", path.display()));
-            return Err(error.expected("a compiled plugin library, or a folder that contains some"));
+            return Err(error.expected("a compiled plugin library, or a folder that contains plugin libraries"));
         }
     }
     Ok(search)

@@ -11,26 +11,25 @@ use serde::{Deserialize, Serialize};
 /// A position in a text file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Place {
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
-    /// Line, from 1; 0 stands for the whole file.
+    /// Line number, counted from 1; 0 stands for the whole file.
     pub line: usize,
-    /// Column, from 1.
+    /// Column, counted from 1.
     pub column: usize,
-    /// Byte range of the text in question.
+    /// Byte range in the file that the error refers to.
     pub span: Range<usize>,
 }
 
 impl Place {
-    /// Returns the position of a line of a file, counted from 1; 0 stands for the whole file. Without the file's
-    /// contents,
-    /// only the line is known.
+    /// Returns the position of the line `line` of `file`, counted from 1; 0 stands for the whole file. The span is
+    /// empty if `bytes`, the contents of the file, do not include that line.
     pub fn of_line(file: PathBuf, bytes: &[u8], line: usize) -> Self {
         Place { file, line, column: 1, span: line_span(bytes, line) }
     }
 }
 
-/// Returns the byte range of a line, counted from 1, without surrounding white space.
+/// Returns the byte range of a line, counted from 1, without surrounding white space; empty if there is no such line.
 fn line_span(bytes: &[u8], line: usize) -> Range<usize> {
     let mut start = 0;
     for (n, text) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
@@ -66,24 +65,24 @@ impl Error {
     pub fn new(code: &'static str, text: impl Into<String>) -> Self {
         Error { code, text: text.into(), ..Default::default() }
     }
-    /// Adds the position, unless the error already has one.
+    /// Sets the position, unless the error already has one.
     pub fn at(mut self, place: Option<Place>) -> Self {
         if self.place.is_none() {
             self.place = place.map(Box::new);
         }
         self
     }
-    /// Adds what was expected.
+    /// Sets the description of what was expected.
     pub fn expected(mut self, text: impl Into<String>) -> Self {
         self.expected = Some(text.into());
         self
     }
-    /// Adds a hint.
+    /// Sets the hint.
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
         self
     }
-    /// Adds the hint "did you mean ...?" if a known name is similar.
+    /// Sets the hint "did you mean ...?" if one of the names in `known` is similar to `name`.
     pub fn nearest<'a>(self, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         match nearest(name, known) {
             Some(near) => self.help(format!("did you mean `{near}`?")),
@@ -113,7 +112,7 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// Returns the known name most similar to a misspelt one, if any is similar enough.
+/// Returns the name in `known` that is most similar to the misspelt `name`, if any is similar enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -137,7 +136,7 @@ pub enum FaultKind {
     MissingObject,
     /// A script raised an error.
     Runtime,
-    /// The budget of instructions or memory is used up.
+    /// A script has exhausted its budget of instructions or memory.
     Budget,
     /// A plugin failed or panicked.
     Plugin,
@@ -147,7 +146,7 @@ pub enum FaultKind {
     Stuck,
     /// The program crashed, in a plugin or elsewhere.
     Crash,
-    /// A plugin ended the program.
+    /// A plugin exited the process.
     Exit,
 }
 
@@ -196,18 +195,18 @@ impl FaultKind {
     }
 }
 
-/// An error during a run; repeated ones are counted.
+/// An error during a run. Repeated occurrences are counted instead of being stored separately.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fault {
     /// Stable code, such as "F203".
     pub code: &'static str,
     /// Kind of the fault.
     pub kind: FaultKind,
-    /// Id of the plugin in which the fault occurred, if it was in a plugin.
+    /// Id of the plugin in which the fault occurred, if it occurred in one.
     pub plugin: Option<String>,
     /// Name of the script that raised the fault, if one did.
     pub script: Option<String>,
-    /// Path of the object concerned, if any.
+    /// Path of the affected object, if any.
     pub object: Option<String>,
     /// File of the script, if it has one.
     pub file: Option<String>,

@@ -20,11 +20,11 @@ pub struct Part {
     pub pose: Isometry3<f64>,
     /// Form of the part, in its own frame.
     pub form: Form,
-    /// Friction coefficient; `None`: that of the object.
+    /// Friction coefficient, or `None` to use the object's.
     pub friction: Option<f64>,
-    /// Red, green and blue, each 0 to 1; `None`: the colour of the object.
+    /// Red, green and blue, each 0 to 1, or `None` to use the object's colour.
     pub color: Option<[f64; 3]>,
-    /// Image on the surface, projected in the frame of the part.
+    /// Image on the surface of the part, projected in the part's frame.
     pub texture: Option<Arc<Texture>>,
 }
 

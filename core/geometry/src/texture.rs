@@ -8,11 +8,11 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use crate::form::{Form, Mesh};
 
-/// Maximum number of pixels of an image, which take 64 MiB.
+/// Maximum number of pixels in an image, which occupy 64 MiB at 4 bytes per pixel.
 pub const MOST_PIXELS: usize = 16 << 20;
 
-/// Offset of a point in the image, as a fraction of the image. With it, a surface along the border of two pixels shows
-/// the same one everywhere, in spite of rounding.
+/// Offset added to positions in an image, as a fraction of the image's size. It prevents rounding errors from mixing
+/// two pixels on a surface that follows the border between them exactly.
 const NUDGE: f64 = 1e-6;
 
 /// An RGBA image, with 8 bits per channel.
@@ -33,11 +33,11 @@ impl Image {
         let hash = xxh3_64_with_seed(&rgba, columns.into());
         fits.then_some(Image { columns, rows, rgba, hash })
     }
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn columns(&self) -> u32 {
         self.columns
     }
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> u32 {
         self.rows
     }
@@ -45,7 +45,7 @@ impl Image {
     pub fn hash(&self) -> u64 {
         self.hash
     }
-    /// Red, green, blue and opacity of all pixels, top row first.
+    /// Returns red, green, blue and opacity of all pixels, top row first.
     pub fn rgba(&self) -> &[u8] {
         &self.rgba
     }
@@ -66,12 +66,12 @@ impl Image {
 /// How points of a surface are mapped to an image. All but `Box` and `Mesh` depend on the position of the point alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Mapping {
-    /// Along the z axis: x to the right, y up.
+    /// Along the z axis: x is mapped to the right, y upwards.
     #[default]
     Plane,
-    /// Around the z axis: the angle to the right, z up.
+    /// Around the z axis: the angle about z is mapped to the right, z upwards.
     Cylinder,
-    /// Around the origin: the angle about z to the right, the angle from -z up.
+    /// Around the origin: the angle about z is mapped to the right, the angle from -z upwards.
     Sphere,
     /// As `Plane`, along the axis that is closest to the surface's normal.
     Box,
@@ -97,12 +97,12 @@ impl Mapping {
 /// How an image is combined with the colour of the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Blend {
-    /// Colours are multiplied.
+    /// The colours of the image and the surface are multiplied.
     #[default]
     Modulate,
-    /// The image covers the colour in proportion to its opacity.
+    /// The image covers the surface's colour in proportion to the image's opacity.
     Decal,
-    /// Colours are added.
+    /// The colours of the image and the surface are added.
     Add,
 }
 
@@ -124,14 +124,14 @@ impl Blend {
 /// The projection of an image onto a surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Projection {
-    /// The kind of projection.
+    /// How points of the surface are mapped to the image.
     pub mapping: Mapping,
     /// Width and height of the image on the surface, m. For `Cylinder` and `Sphere`, the width is in turns; for
     /// `Sphere`, the height is in half turns; for `Mesh`, both are in texture coordinates.
     pub size: [f64; 2],
     /// Pose of the projection in the frame of the form. Its origin is the centre of the image.
     pub pose: Isometry3<f64>,
-    /// Whether the image repeats horizontally and vertically; otherwise the pixels at its edges continue.
+    /// Whether the image repeats horizontally and vertically; otherwise its edge pixels extend outwards.
     pub repeat: [bool; 2],
     /// Whether colours between pixels are interpolated.
     pub smooth: bool,
@@ -152,7 +152,7 @@ impl Default for Projection {
     }
 }
 
-/// An image on a surface.
+/// An image projected onto a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     /// Pixels of the image, shared between surfaces.
@@ -162,8 +162,9 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Returns the colour of a form with the colour `base` at a point of its surface. The point and the outward normal
-    /// there are in the frame of the form. The primitive is the index of the triangle if the form is a mesh.
+    /// Returns the colour at a point on the surface of a form whose untextured colour is `base`. The point and the
+    /// outward normal at the point are in the frame of the form. The primitive is the index of the triangle if the form
+    /// is a mesh, and is ignored otherwise.
     pub fn color(
         &self,
         (form, primitive): (&Form, u32),
@@ -189,7 +190,7 @@ impl Texture {
         })
     }
 
-    /// Returns the position of a point in the image: 0 to 1 to the right and up.
+    /// Returns the position in the image of a point on the surface: right and up, each 0 to 1 inside the image.
     fn place(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 2] {
         use std::f64::consts::{PI, TAU};
         let Projection { mapping, size, pose, .. } = &self.projection;
@@ -268,7 +269,7 @@ mod tests {
         assert_eq!(seen(-0.5, 0.5), [1.0, 0.0, 0.0]);
         assert_eq!(seen(0.5, 0.5), [0.0, 1.0, 0.0]);
         assert_eq!(seen(-0.5, -0.5), [0.0, 0.0, 1.0]);
-        assert_eq!(seen(2.5, 0.5), [0.0, 1.0, 0.0], "it repeats");
+        assert_eq!(seen(2.5, 0.5), [0.0, 1.0, 0.0], "the image repeats");
     }
 
     #[test]
@@ -309,6 +310,6 @@ mod tests {
         assert_eq!(seen(1, 0.4, 1.6), [0.0, 1.0, 0.0]);
         assert_eq!(seen(0, 1.8, 0.3), [0.0, 0.0, 1.0]);
         assert_eq!(seen(0, 1.8, 1.6), [1.0; 3]);
-        assert_eq!(t.color(BALL, &Point3::origin(), &Vector3::z(), [0.2; 3]), [0.2; 3], "it has no coordinates");
+        assert_eq!(t.color(BALL, &Point3::origin(), &Vector3::z(), [0.2; 3]), [0.2; 3], "spheres lack coordinates");
     }
 }

@@ -19,8 +19,9 @@
  * No function ends the process, installs a signal handler or an exit hook, or prints. After `fork`, the child process
  * cannot use worlds.
  *
- * A function that fails returns null or a negative status (TATU_ERR...); `tatu_world_error` returns the message. Texts
- * are UTF-8. Tables grow at their ends: set `size` to sizeof, and leave unused fields zero. */
+ * A function that fails returns null or a negative status (TATU_ERR...); `tatu_world_error` returns the message.
+ * Strings are UTF-8. Later versions can append fields to structs: set `size` to sizeof, and leave unused fields
+ * zero. */
 #ifndef TATU_WORLD_H
 #define TATU_WORLD_H
 
@@ -34,18 +35,18 @@ extern "C" {
  * dereferenced. */
 typedef struct tatu_world_handle tatu_world_handle;
 
-/* Arguments of tatu_world_open. Lists are null-terminated arrays of texts, or null. */
+/* Arguments of tatu_world_open. Lists are null-terminated arrays of strings, or null. */
 typedef struct tatu_world_setup {
   uint32_t size;
-  uint32_t threads;           /* number of threads of this world, on which results do not depend; 0: one */
+  uint32_t threads;           /* number of threads of this world, which does not affect results; 0: one */
   const char *scene;          /* a file, or the name of a scene that comes with the simulator; null: `text` */
   tatu_str text;              /* the text of a scene file */
-  const char *folder;         /* to which paths in `text` are relative; null: the working folder */
+  const char *folder;         /* folder to which paths in `text` are relative; null: the working folder */
   const char *const *set;     /* changes of the scene: "/Robot/motor.max_force_nm=2" */
   const char *const *scripts; /* scripts that replace those of objects: "/Robot=controller.lua" */
   const char *const *allow;   /* permissions: of scripts "exec", "native", "net=HOST:PORT"; of the scene "plugins" */
-  const char *const *plugins; /* libraries of plugins, or folders with them */
-  uint64_t seed;              /* seed of all random numbers, if has_seed is 1; else the scene's own seed is used */
+  const char *const *plugins; /* plugin libraries, or folders that contain plugin libraries */
+  uint64_t seed;              /* seed of all random numbers, if has_seed is 1; otherwise the scene's own seed is used */
   uint32_t has_seed;
   uint32_t reserved;
 } tatu_world_setup;
@@ -62,15 +63,15 @@ TATU_EXPORT tatu_status tatu_world_close(tatu_world_handle *);
 TATU_EXPORT tatu_status tatu_world_step(tatu_world_handle *, uint64_t n, uint64_t *done);
 /* Resets the world to time 0, with a different seed if `seed` is not null. */
 TATU_EXPORT tatu_status tatu_world_reset(tatu_world_handle *, const uint64_t *seed);
-/* Simulation time, s, and the duration of a step, s; negative: there is no such world. */
+/* Return the simulation time, s, and the duration of a step, s; negative if there is no such world. */
 TATU_EXPORT double tatu_world_time(tatu_world_handle *);
 TATU_EXPORT double tatu_world_dt(tatu_world_handle *);
-/* The hash of the state, which is the same on every machine for the same scene, seed and calls. */
+/* Computes the hash of the state, which is the same on every machine for the same scene, seed and calls. */
 TATU_EXPORT tatu_status tatu_world_hash(tatu_world_handle *, uint64_t *hash);
 
-/* Reads numbers of an object, by path or unique name: a property ("object.world_pose", "joint.position"), or a field of
- * a sensor's last reading ("range_scan.ranges"). An empty path is the world ("scene.gravity"). Writes up to `cap`
- * numbers, and their full count to `count`, which may be null. */
+/* Reads numeric values of an object, given by path or unique name: a property ("object.world_pose", "joint.position"),
+ * or a field of a sensor's last reading ("range_scan.ranges"). An empty path stands for the world ("scene.gravity").
+ * Writes up to `cap` values to `out`, and the total number of values to `count`, which may be null. */
 TATU_EXPORT tatu_status tatu_world_read(tatu_world_handle *, const char *path, const char *name, double *out, uint64_t cap,
                                         uint64_t *count);
 /* Sets a property that is a number or an array of numbers. */
@@ -94,12 +95,12 @@ TATU_EXPORT tatu_status tatu_world_restore(tatu_world_handle *, tatu_str snapsho
 TATU_EXPORT tatu_status tatu_world_render(tatu_world_handle *, const char *camera, uint32_t columns, uint32_t rows,
                                           uint8_t *rgb);
 
-/* The output of scripts, warnings and errors since the last call, one per line: "error[F205]: ...". Valid until the
- * next call with the same world. */
+/* Returns the output of scripts, warnings and errors since the last call, one per line, such as "error[F205]: ...". The
+ * string is valid until the next call with the same world. */
 TATU_EXPORT tatu_str tatu_world_lines(tatu_world_handle *);
 
-/* The message of the last call on this thread that failed: what, where, what was expected, what to do. NUL-terminated;
- * valid until the next call on this thread. */
+/* Returns the message of the last failed call on this thread: what failed, where, what was expected, and how to correct
+ * it. The string is NUL-terminated, and valid until the next call on this thread. */
 TATU_EXPORT const char *tatu_world_error(void);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-//! Errors as reported to callers: a status, and a message that is stored per thread. No panic leaves the library.
+//! Reports errors to callers: as a status, and as a message that is stored per thread. Panics do not leave the library.
 
 use std::{
     cell::RefCell,
@@ -43,12 +43,16 @@ thread_local! {
     static LAST: RefCell<CString> = RefCell::default();
 }
 
-/// Runs a function; a failure or a panic becomes the last error of the thread.
+/// Runs `f`. Stores the message of a failure or a panic as the last error of this thread, and returns the result of
+/// `failed`.
 pub fn guarded<T>(failed: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, Wrong>) -> T {
     let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(done)) => return done,
         Ok(Err(wrong)) => wrong,
-        Err(_) => Wrong(TATU_ERR_PANIC, "the simulator panicked\n  help: this is a bug: please report it".into()),
+        Err(_) => Wrong(
+            TATU_ERR_PANIC,
+            "the simulator panicked\n  help: this is a bug in the simulator: please report it".into(),
+        ),
     };
     // A C string cannot contain a zero byte, so the message ends at the first one.
     let text = text.split('\0').next().unwrap_or_default().to_owned();
@@ -56,7 +60,7 @@ pub fn guarded<T>(failed: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Res
     failed(status)
 }
 
-/// As [`guarded`], for functions that return a status.
+/// Like [`guarded`], for functions that return a status.
 pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
     guarded(|status| status, || f().map(|()| TATU_OK))
 }

@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::tatu_str;
 
 use crate::answer::Wrong;
 
-/// Returns a string that the caller passes; `what` names it in errors.
+/// Converts a C string that the caller passes; error messages refer to it as `what`.
 ///
 /// # Safety
 /// `text` must be null, or a zero-terminated string that lives for `'a`.

@@ -1,7 +1,8 @@
 //! The simulator as a C library. `include/tatu_world.h` declares and documents its functions.
 //!
-//! - `answer`: errors, and the guard around each function; `open`: the open worlds;
-//! - `given`: arguments of callers; `setup`: the arguments from which a world is built; this file: the functions.
+//! - `answer`: errors, and the guard around each function; `open`: the table of open worlds;
+//! - `given`: conversion of arguments and results; `setup`: the arguments from which a world is built; this module: the
+//!   exported functions.
 
 mod answer;
 mod given;
@@ -87,7 +88,7 @@ unsafe extern "C" fn tatu_world_read(
     count: *mut u64,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, texts that live through the call.
+        // SAFETY: by the contract, null or strings that live through the call.
         let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
         let numbers = with(world, |seat, _| {
             let world = seat.world()?;
@@ -116,7 +117,7 @@ unsafe extern "C" fn tatu_world_write(
     count: u64,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, texts that live through the call.
+        // SAFETY: by the contract, null or strings that live through the call.
         let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
         let count = usize::try_from(count).map_err(|_| Wrong::argument(format!("`count` is too large: {count}")))?;
         let numbers: &[f64] = match (numbers.is_null(), count) {
@@ -130,7 +131,7 @@ unsafe extern "C" fn tatu_world_write(
             let channel = world.channel(path, name)?;
             let wanted: usize = channel.shape.iter().product();
             if numbers.len() != wanted {
-                let text = format!("`{name}` of {path} has {wanted} numbers, but {} were given", numbers.len());
+                let text = format!("`{name}` of {path} has {wanted} values, but {} were given", numbers.len());
                 return Err(Wrong::argument(text));
             }
             Ok(world.write_channel(&channel, numbers)?)
@@ -146,7 +147,7 @@ unsafe extern "C" fn tatu_world_get(
     out: *mut tatu_value,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, texts that live through the call.
+        // SAFETY: by the contract, null or strings that live through the call.
         let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
         let value = with(world, |seat, lent| Ok(lent.value(&seat.world()?.get(path, name)?)))?;
         // SAFETY: by the contract, `out` is null or writable.
@@ -173,7 +174,7 @@ unsafe extern "C" fn tatu_world_set(
     })
 }
 
-/// Copies values that the caller passes; `name` names them in errors.
+/// Copies values that the caller passes; error messages refer to them as `name`.
 ///
 /// # Safety
 /// `values` must point to `n` values, and `name` must be null or a zero-terminated string. Both must live through the

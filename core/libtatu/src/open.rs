@@ -1,4 +1,4 @@
-//! The open worlds. A handle is a number that is never reused, so a stale handle is rejected; handles are never
+//! The table of open worlds. Handles are integers that are never reused, so a stale handle is rejected; they are never
 //! dereferenced.
 
 use std::{
@@ -27,7 +27,7 @@ struct Open {
     answer: Mutex<Answer>,
 }
 
-/// Memory of an answer, valid until the next one.
+/// The memory of an answer, which is valid until the next answer.
 #[derive(Default)]
 pub struct Answer {
     values: Owned,
@@ -93,7 +93,7 @@ fn stranger() -> Wrong {
     Wrong(TATU_ERR_GONE, "there is no such world: it was never opened, or has been closed".into())
 }
 
-/// Ends a world, once no other thread uses it.
+/// Closes a world. It ends as soon as no other thread uses it.
 pub fn remove(world: *mut Handle) -> Result<(), Wrong> {
     let open = OPEN.lock().unwrap_or_else(PoisonError::into_inner).remove(&world.addr());
     open.map(drop).ok_or_else(stranger)

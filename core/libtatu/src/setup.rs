@@ -28,16 +28,17 @@ pub struct tatu_world_setup {
     reserved: u32,
 }
 
-/// Reads a setup.
+/// Converts a setup that the caller passes.
 ///
 /// # Safety
-/// `setup` must be null, or point to a struct as large as its `size`, with strings that live through the call and lists
-/// that end with null.
+/// `setup` must be null, or point to a struct as large as its `size`, with strings and null-terminated arrays that live
+/// through the call.
 pub unsafe fn read(setup: *const tatu_world_setup) -> Result<Setup, Wrong> {
     // SAFETY: the caller guarantees null or a valid struct.
     let given = unsafe { setup.as_ref() }.filter(|s| s.size as usize >= size_of::<tatu_world_setup>());
-    let given = given.ok_or_else(|| Wrong::argument("the setup is null, or its `size` is too small"))?;
-    // SAFETY: the caller guarantees that strings live through the call and lists end with null.
+    let given = given
+        .ok_or_else(|| Wrong::argument("the setup is null, or its `size` is smaller than sizeof(tatu_world_setup)"))?;
+    // SAFETY: the caller guarantees that strings live through the call and arrays end with null.
     unsafe {
         let scene = match (given.scene.is_null(), given.text.len) {
             (false, 0) => Scene::File(scene_file(&PathBuf::from(text(given.scene, "the scene")?))),
@@ -64,14 +65,14 @@ pub unsafe fn read(setup: *const tatu_world_setup) -> Result<Setup, Wrong> {
     }
 }
 
-/// Reads a list of strings; `what` names one in errors.
+/// Copies a null-terminated array of strings; error messages refer to each of them as `what`.
 ///
 /// # Safety
-/// `list` must be null, or end with null; its strings must live through the call.
+/// `list` must be null or a null-terminated array; the array and its strings must live through the call.
 unsafe fn list(list: *const *const c_char, what: &str) -> Result<Vec<String>, Wrong> {
     let mut all = Vec::new();
     let mut next = list;
-    // SAFETY: the caller guarantees that the list ends with null and its strings live through the call.
+    // SAFETY: the caller guarantees that the array ends with null and its strings live through the call.
     unsafe {
         while !next.is_null() && !(*next).is_null() {
             all.push(text(*next, what)?.to_owned());

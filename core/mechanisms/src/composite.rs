@@ -6,8 +6,9 @@ use crate::{
     tree::{NONE, Tree},
 };
 
-/// The mass matrix, kg m², kg m or kg: the structurally nonzero entries of the lower triangle, by the rows of
-/// [`Tree::rows`]; a row has an entry for each velocity on the path from the root, the diagonal last.
+/// The mass matrix, kg m², kg m or kg: the structurally nonzero entries of the lower triangle, in the rows that
+/// [`Tree::rows`] defines. A row contains an entry for each velocity on the path from the root, the diagonal entry
+/// last.
 #[derive(Debug, Clone)]
 pub(crate) struct MassMatrix {
     pub entries: Vec<f64>,
@@ -21,7 +22,7 @@ impl MassMatrix {
 
     /// Computes the matrix, including armatures. Complexity: number of velocities times depth.
     ///
-    /// Source: Featherstone, chapter 6; in world axes the inertias of a subtree simply add up.
+    /// Source: Featherstone, chapter 6. In world axes, the inertia of a subtree is the sum of those of its links.
     pub fn update(&mut self, tree: &Tree, kinematics: &Kinematics) {
         self.composite.copy_from_slice(&kinematics.inertias);
         for (i, node) in tree.nodes.iter().enumerate().rev() {

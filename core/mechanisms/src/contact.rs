@@ -1,4 +1,4 @@
-//! Contact points: input of a group's step, which updates their impulses and distances.
+//! Contact points: an input of a group's step, which also updates their impulses and distances.
 
 use nalgebra::Vector3;
 
@@ -15,10 +15,10 @@ pub struct Side {
 /// slightly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// The two bodies; `None` is a body that is not a link of a member. At least one of them is a link.
+    /// The two bodies; `None` stands for a body that is not a link of a member. At least one of them must be a link.
     pub sides: [Option<Side>; 2],
-    /// Vector from the origin of each link to the point, in world axes, m. It does not rotate with the link: a rolling
-    /// wheel always touches the ground below its axle.
+    /// Vector from the origin of each link to the point, in world axes, m. It does not rotate with the link, because a
+    /// rolling wheel always touches the ground below its axle.
     pub arms: [Vector3<f64>; 2],
     /// Distance between the surfaces along the normal, m; negative if they overlap. A step updates it from the
     /// velocities of the point on both bodies.
@@ -28,17 +28,17 @@ pub struct Contact {
     pub drift: Vector3<f64>,
     /// Unit vector from the first body to the second, in world axes.
     pub normal: Vector3<f64>,
-    /// Tangential velocity of the second body relative to the first that friction drives towards, m/s, in world axes,
-    /// as on a conveyor belt.
+    /// Tangential velocity of the second body relative to the first at which friction vanishes, m/s, in world axes; not
+    /// 0 for a conveyor belt.
     pub slide: Vector3<f64>,
     /// Coefficient of Coulomb friction.
     pub friction: f64,
     /// Coefficient of restitution: ratio of the separation speed to the impact speed.
     pub restitution: f64,
-    /// Fraction of an overlap that is removed per second, 1/s.
+    /// Rate at which an overlap is removed, as a fraction of the overlap per second, 1/s.
     pub recovery: f64,
-    /// Impulse on the second body, N s, in world axes. Input: that of the previous step, for a warm start; output: that
-    /// of this step.
+    /// Impulse on the second body, N s, in world axes. As an input, the impulse of the previous step, for a warm start;
+    /// as an output, the impulse of this step.
     pub impulse: Vector3<f64>,
 }
 
@@ -46,7 +46,7 @@ pub struct Contact {
 pub(crate) const FASTEST_RECOVERY: f64 = 3.0;
 
 impl Contact {
-    /// Returns whether all values are finite, and those that must not be negative are not.
+    /// Returns whether all values are finite and in their valid ranges.
     pub(crate) fn is_sound(&self) -> bool {
         let vectors = [&self.arms[0], &self.arms[1], &self.drift, &self.normal, &self.slide, &self.impulse];
         let numbers = [self.friction, self.restitution, self.recovery];

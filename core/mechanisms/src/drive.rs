@@ -1,19 +1,19 @@
-//! Drives, springs and external forces on the joints of a tree, as set by the user.
+//! Drives, springs and external forces on the joints of a tree, which users set.
 
 use crate::{
     error::{DynamicsError, check},
     tree::{NONE, Tree},
 };
 
-/// The limits of a drive, the same in both directions.
+/// The force limits of a drive, which are the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
     /// Maximum force, Nm or N; may be infinite.
     pub force: f64,
     /// Speed up to which the full force is available, rad/s or m/s; infinite: at any speed.
     pub full_speed: f64,
-    /// Speed from which on no accelerating force is available; between `full_speed` and this speed, the force decreases
-    /// linearly. The full force is always available for braking. Infinite if `full_speed` is.
+    /// Speed above which no accelerating force is available; between `full_speed` and this speed, the force decreases
+    /// linearly. The full force is always available for braking. Infinite if `full_speed` is infinite.
     pub no_load_speed: f64,
 }
 
@@ -44,8 +44,8 @@ pub enum Drive {
         /// Limits of the force.
         bound: Bound,
     },
-    /// Acts like a spring and a damper, with the force `stiffness (target - q) + damping (velocity - v)` within the
-    /// bound. Only for revolute and prismatic joints.
+    /// Acts like a spring and a damper, with the force `stiffness (target - q) + damping (velocity - v)`, limited to
+    /// the bound. Only for revolute and prismatic joints.
     Position {
         /// Target position, rad or m.
         target: f64,
@@ -58,7 +58,7 @@ pub enum Drive {
         /// Limits of the force.
         bound: Bound,
     },
-    /// Exerts a force, within the bound.
+    /// Exerts a force, limited to the bound.
     Force {
         /// Desired force, Nm or N.
         force: f64,
@@ -78,7 +78,7 @@ pub struct Spring {
     pub damping: f64,
 }
 
-/// Everything that acts on the joints of a tree, with one entry per velocity.
+/// All drives, springs and external forces that act on the joints of a tree, with one entry per velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drives {
     /// The drive of each velocity.
@@ -90,13 +90,13 @@ pub struct Drives {
 }
 
 impl Drives {
-    /// Returns no drives, springs of zero stiffness and zero forces.
+    /// Returns drives that are off, springs without stiffness, and zero forces.
     pub fn new(tree: &Tree) -> Self {
         let n = tree.velocities();
         Drives { drive: vec![Drive::Off; n], spring: vec![Spring::default(); n], force: vec![0.0; n] }
     }
 
-    /// Returns an error if the lists belong to another tree, a value is not finite, or a bound is invalid.
+    /// Returns an error if the lists do not match the tree, a value is not finite, or a bound is invalid.
     pub(crate) fn check(&self, tree: &Tree) -> Result<(), DynamicsError> {
         let expected = tree.velocities();
         for (what, found) in [("drive", self.drive.len()), ("spring", self.spring.len())] {

@@ -13,10 +13,11 @@ use crate::{
     vector::{Vec3, add, dot, scale},
 };
 
-/// Dynamics of a tree in one state.
+/// The dynamics of a tree in a given state.
 ///
 /// Call [`update`](Self::update) with a state before the other functions. Only [`new`](Self::new) allocates memory.
-/// Armatures count as mass. Damping, dry friction and limits are ignored; they belong to [`Solver`](crate::Solver).
+/// Armatures are included in the mass matrix. Damping, dry friction and limits are ignored; only
+/// [`Solver`](crate::Solver) applies them.
 #[derive(Debug, Clone)]
 pub struct Dynamics {
     kinematics: Kinematics,
@@ -166,7 +167,7 @@ impl Dynamics {
     }
 
     /// Returns the kinetic energy, including that of armatures, and the potential energy, which is 0 at the world's
-    /// origin; J.
+    /// origin, both in J.
     ///
     /// # Errors
     ///

@@ -1,31 +1,31 @@
 //! Errors of trees and of computations on them.
 
-/// An error in the description of a tree. Links are counted from 0, in the given order.
+/// An error in the description of a tree. Links are identified by their indices, from 0.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TreeError {
     /// There are no links.
     #[error("a tree needs at least one link")]
     Empty,
     /// The parent of a link is not an earlier link.
-    #[error("link {link}: its parent, {parent}, must come before it")]
+    #[error("link {link}: its parent has the index {parent}, but must be an earlier link")]
     Parent {
-        /// The link.
+        /// Index of the link.
         link: usize,
-        /// The given parent.
+        /// Index of the given parent.
         parent: usize,
     },
     /// A value is infinite or NaN.
     #[error("link {link}: `{what}` must be finite")]
     NotFinite {
-        /// The link.
+        /// Index of the link.
         link: usize,
         /// The name of the value.
         what: &'static str,
     },
-    /// A value is negative that must not be.
+    /// A value that must not be negative is negative.
     #[error("link {link}: `{what}` must not be negative, but is {value}")]
     Negative {
-        /// The link.
+        /// Index of the link.
         link: usize,
         /// The name of the value.
         what: &'static str,
@@ -33,9 +33,9 @@ pub enum TreeError {
         value: f64,
     },
     /// The axis of a joint is not a unit vector.
-    #[error("link {link}: the axis of its joint must have the length 1 (within 1e-9), but has {length}")]
+    #[error("link {link}: the length of the joint's axis must be 1 (within 1e-9), but is {length}")]
     Axis {
-        /// The link.
+        /// Index of the link.
         link: usize,
         /// Length of the axis.
         length: f64,
@@ -44,20 +44,20 @@ pub enum TreeError {
     /// two.
     #[error("link {link}: `inertia` is not that of a rigid body: {why}")]
     Inertia {
-        /// The link.
+        /// Index of the link.
         link: usize,
-        /// The condition that is not met.
+        /// The condition that is violated.
         why: &'static str,
     },
     /// A joint moves no mass, and has no armature.
     #[error("link {link}: its joint moves no mass: the link and its descendants have none, and the armature is 0")]
     Massless {
-        /// The link.
+        /// Index of the link.
         link: usize,
     },
-    /// The limits of a joint allow no position, because the lower limit exceeds the upper one or is positive infinity,
-    /// or the upper limit is negative infinity.
-    #[error("link {link}: the limits {low} to {high} allow no position; the lower limit must not exceed the upper one")]
+    /// The limits of a joint do not allow any position: the lower limit exceeds the upper limit or is positive
+    /// infinity, or the upper limit is negative infinity.
+    #[error("link {link}: the limits {low} to {high} must contain a finite position")]
     Limits {
         /// Index of the link.
         link: usize,
@@ -66,7 +66,7 @@ pub enum TreeError {
         /// Upper limit.
         high: f64,
     },
-    /// Limits of a joint that cannot have any, or a free joint below another link.
+    /// A joint that cannot have limits has limits, or a link with a parent has a free joint.
     #[error("link {link}: {why}")]
     Joint {
         /// The link.
@@ -79,14 +79,14 @@ pub enum TreeError {
 /// An error of a computation on a tree. No state was changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DynamicsError {
-    /// A list has the wrong length, because it belongs to another tree.
+    /// The length of a list does not match the tree.
     #[error("`{what}` has {found} entries, but the tree needs {expected}")]
     Length {
         /// The name of the list.
         what: &'static str,
-        /// Its length.
+        /// Length of the list.
         found: usize,
-        /// The expected length.
+        /// Length that the tree requires.
         expected: usize,
     },
     /// An argument is infinite or NaN.
@@ -112,15 +112,15 @@ pub enum DynamicsError {
     /// A parameter of a drive or spring is invalid.
     #[error("degree of freedom {dof}: `{what}` {why}")]
     Drive {
-        /// Index of the velocity that the drive or spring acts on.
+        /// Index of the velocity on which the drive or spring acts.
         dof: usize,
         /// The name of the parameter.
         what: &'static str,
-        /// The condition that is not met.
+        /// The condition that is violated.
         why: &'static str,
     },
     /// The mass matrix is singular in this pose.
-    #[error("the links that velocity {dof} moves have no inertia about its axis in this pose; set an armature")]
+    #[error("the links moved by degree of freedom {dof} have no inertia about its axis in this pose; set an armature")]
     Singular {
         /// Index of the velocity.
         dof: usize,
@@ -136,22 +136,22 @@ pub enum GroupError {
     /// The step of a member failed.
     #[error("member {member}: {source}")]
     Member {
-        /// Its index.
+        /// Index of the member.
         member: usize,
         /// The error of the member.
         source: DynamicsError,
     },
     /// A contact is invalid.
-    #[error("contact {contact} {why}")]
+    #[error("contact {contact}: {why}")]
     Contact {
-        /// Its index.
+        /// Index of the contact.
         contact: usize,
-        /// The condition that is not met.
+        /// The condition that is violated.
         why: &'static str,
     },
 }
 
-/// Returns an error if a list does not have the expected length, or has a value that is not finite.
+/// Returns an error if a list does not have the expected length, or contains a value that is not finite.
 pub(crate) fn check(what: &'static str, list: &[f64], expected: usize) -> Result<(), DynamicsError> {
     if list.len() != expected {
         return Err(DynamicsError::Length { what, found: list.len(), expected });

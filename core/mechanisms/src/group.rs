@@ -1,4 +1,4 @@
-//! A time step of trees that touch each other or other bodies.
+//! Simulation of trees that touch each other or other bodies.
 
 use nalgebra::Vector3;
 
@@ -19,8 +19,8 @@ const ROUNDS: usize = 8;
 const SWEEPS: usize = 32;
 /// Tolerance of the sweeps, m/s: they have converged if no impulse changes the velocity of its contact by more.
 const FOUND: f64 = 1e-11;
-/// Change of velocities in a step, m/s or rad/s, below which bias forces are not recomputed: this would change the
-/// velocities by only a thousandth of it.
+/// Change of velocities in a step, m/s or rad/s, below which bias forces are not recomputed, because that would change
+/// the velocities by only a thousandth of this value.
 const STEADY: f64 = 1e-7;
 /// Impact speed below which bodies do not bounce, m/s.
 const RESTING: f64 = 0.01;
@@ -28,16 +28,17 @@ const RESTING: f64 = 0.01;
 /// Statistics of a step of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GroupReport {
-    /// Number of rounds, of joints and then of contacts, in that of the two passes which needed more.
+    /// Number of rounds, each of joints and then of contacts. A step solves twice; this is the greater of the two
+    /// numbers.
     pub rounds: usize,
     /// Number of sweeps over all contacts.
     pub sweeps: usize,
-    /// Whether the laws of all joints and contacts were met simultaneously. If not, all forces are within their bounds,
-    /// but some bodies may have approached each other more than allowed.
+    /// Whether the laws of all joints and contacts were satisfied simultaneously. If not, all forces are within their
+    /// bounds, but some bodies may have approached each other more than allowed.
     pub met: bool,
 }
 
-/// Moves trees that touch. Owns all memory that a step needs in addition to that of its members.
+/// Simulates trees that touch. Owns all memory that a step needs in addition to that of the members.
 ///
 /// The result of a step depends only on its arguments, not on previous steps.
 #[derive(Debug, Clone, Default)]
@@ -45,13 +46,13 @@ pub struct Group {
     rows: Rows,
     /// Impulses along the rows of each contact, N s.
     impulses: Vec<Vec3>,
-    /// Whether the last solution of each member meets all its laws.
+    /// For each member, whether its last solution satisfies all its laws.
     met: Vec<bool>,
     /// Whether each contact bounces in this step.
     bounces: Vec<bool>,
     /// Desired separation speed of each contact, m/s; 0 unless the bodies overlap.
     speeds: Vec<f64>,
-    /// For each member, the number of the factorisation from which its rows were computed.
+    /// For each member, the sequence number of the factorisation from which its rows were computed.
     renewals: Vec<u64>,
     /// Pieces of the laws of all joints in the previous round.
     forms: Vec<Piece>,
@@ -64,14 +65,14 @@ impl Group {
         Group::default()
     }
 
-    /// Moves all members by a time `h`, s, under gravity, m/s². Forces are evaluated at the pose after half a step at
-    /// the old velocities, and at the mean of old and new velocities. Contacts are rigid, with Coulomb friction;
+    /// Advances all members by a time `h`, s, under gravity, m/s². Forces are evaluated at the pose after half a step
+    /// at the old velocities, and at the mean of old and new velocities. Contacts are rigid, with Coulomb friction;
     /// overlaps are removed by position changes only, which add no momentum.
     ///
-    /// Joints and contacts are solved alternately: all joints exactly, under the current contact forces; then all
-    /// contacts by Gauss-Seidel sweeps, with the current compliance of the joints. One round suffices unless a joint
-    /// changes between holding and yielding. Complexity: that of the step of each tree, plus the depth of each contact
-    /// per sweep.
+    /// Joints and contacts are solved alternately: first all joints exactly, under the current contact forces, and then
+    /// all contacts by Gauss-Seidel sweeps, with the current compliance of the joints. One round suffices unless a
+    /// joint changes between holding and yielding. Complexity: that of the step of each tree, plus the depth of each
+    /// contact per sweep.
     ///
     /// # Errors
     ///
@@ -147,13 +148,13 @@ impl Group {
         }
     }
 
-    /// Solves joints and contacts alternately until neither changes the other.
+    /// Solves joints and contacts alternately until the solutions no longer affect each other.
     fn resolve(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) -> Result<GroupReport, GroupError> {
         self.forms.clear();
         let mut sweeps = 0;
         for round in 1..=ROUNDS {
             let met = self.solve_joints(members, h)?;
-            // If no law has changed its piece, the last sweeps are still the solution of the contacts.
+            // If the piece of no law has changed, the result of the last sweeps still solves the contacts.
             let forms = std::mem::take(&mut self.forms);
             let all = members.iter().flat_map(|m| m.solver.step.pivot.forms());
             self.forms.extend(all);
@@ -174,7 +175,7 @@ impl Group {
         Ok(GroupReport { rounds: ROUNDS, sweeps, met: false })
     }
 
-    /// Solves all joints under the current forces of contacts; returns whether all laws are met.
+    /// Solves all joints under the current contact forces; returns whether all laws are satisfied.
     fn solve_joints(&mut self, members: &mut [Member<'_>], h: f64) -> Result<bool, GroupError> {
         self.met.clear();
         let met = &mut self.met;
@@ -185,7 +186,7 @@ impl Group {
         Ok(self.met.iter().all(|met| *met))
     }
 
-    /// Recomputes the rows of members whose matrix has been factorised since.
+    /// Recomputes the rows of members whose matrix has been factorised since their rows were computed.
     fn renew(&mut self, members: &[Member<'_>]) {
         let mut renewed = false;
         for (i, member) in members.iter().enumerate() {
@@ -287,7 +288,7 @@ impl Group {
         let determinant = a * c - b * b;
         let mut new = [old1 - (c * v1 - b * v2) / determinant, old2 - (a * v2 - b * v1) / determinant];
         let length = |x: [f64; 2]| (x[0] * x[0] + x[1] * x[1]).sqrt();
-        // The condition is such that a contact with an immovable tangential direction does not count as sticking.
+        // With this condition, a contact with an immovable tangential direction is not treated as sticking.
         let sticks = length(new) <= bound && determinant > 1e-12 * a * c;
         if !sticks {
             let pace = 1.0 / (a + c);
@@ -328,14 +329,14 @@ impl Group {
         self.speeds = speeds;
     }
 
-    /// Stores the distances at the end of the step; z has the separation velocities.
+    /// Stores the distances at the end of the step; `z` contains the separation velocities.
     fn note_distances(&self, contacts: &mut [Contact], h: f64) {
         for (contact, point) in contacts.iter_mut().zip(&self.rows.points) {
             contact.distance = point.distance + h * (0.5 * point.start[0] + self.rows.change(point, 0));
         }
     }
 
-    /// Computes velocities, in z, at which each contact opens with at least its desired speed.
+    /// Computes velocities, in `z`, at which each contact opens with at least its desired speed.
     fn impulses_of_parting(&mut self, speeds: &[f64]) {
         self.velocities.clear();
         self.velocities.resize(speeds.len(), 0.0);
@@ -359,7 +360,7 @@ impl Group {
     }
 }
 
-/// Calls a function for each member; adds the index of the member to an error.
+/// Calls a function for each member, and adds the index of the member to its error.
 fn each(
     members: &mut [Member<'_>],
     mut call: impl FnMut(&mut Member<'_>) -> Result<(), DynamicsError>,
@@ -370,7 +371,8 @@ fn each(
     Ok(())
 }
 
-/// Returns an error if a list has the wrong length, or a contact has a link that does not exist or an invalid value.
+/// Returns an error if a list has the wrong length, or a contact refers to a link that does not exist or contains an
+/// invalid value.
 fn check(members: &[Member<'_>], contacts: &[Contact]) -> Result<(), GroupError> {
     for (member, m) in members.iter().enumerate() {
         let (found, expected) = (m.carried.len(), m.tree.velocities());
@@ -382,10 +384,10 @@ fn check(members: &[Member<'_>], contacts: &[Contact]) -> Result<(), GroupError>
     for (contact, c) in contacts.iter().enumerate() {
         let known = |s: &Side| members.get(s.member).is_some_and(|m| s.link < m.tree.nodes.len());
         if !c.sides.iter().flatten().all(known) {
-            return Err(GroupError::Contact { contact, why: "names a link that does not exist" });
+            return Err(GroupError::Contact { contact, why: "one of its links does not exist" });
         }
         if !c.is_sound() {
-            return Err(GroupError::Contact { contact, why: "has a value that is not finite or out of range" });
+            return Err(GroupError::Contact { contact, why: "a value is not finite or out of range" });
         }
     }
     Ok(())

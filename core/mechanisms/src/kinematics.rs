@@ -15,8 +15,8 @@ use crate::{
 
 /// Poses of all links, axes of all velocities and inertias in world axes, for one state.
 ///
-/// Positions are stored relative to `origin`, a point at the root of the tree, so that a robot far from the origin of
-/// the world loses no precision.
+/// Positions are stored relative to `origin`, a point at the root of the tree, so that no precision is lost for a robot
+/// far from the origin of the world.
 #[derive(Debug, Clone)]
 pub struct Kinematics {
     pub(crate) origin: Vec3,
@@ -145,7 +145,7 @@ impl Kinematics {
         Ok(())
     }
 
-    /// Returns an error if the tree does not have the size of that for which this object was created.
+    /// Returns an error if the tree has a different size from the one for which this object was created.
     pub(crate) fn belongs(&self, tree: &Tree) -> Result<(), DynamicsError> {
         let (found, expected) = (self.places.len(), tree.nodes.len());
         if found != expected {

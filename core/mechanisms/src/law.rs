@@ -1,10 +1,10 @@
 //! The force on one velocity as a function of that velocity at the end of a step.
 //!
-//! The forces of drives, dry and viscous friction, springs and joint limits never increase with the velocity, and
-//! neither does their sum: it is a non-increasing piecewise linear curve, some of whose pieces are vertical. The law of
-//! a drive that holds a velocity is vertical at this velocity, that of dry friction at 0, and that of a limit at the
+//! The forces of drives, dry and viscous friction, springs and joint limits never increase with the velocity. Their
+//! sum, the law, is therefore a non-increasing piecewise linear curve, some of whose pieces are vertical. The law of a
+//! drive that holds a velocity is vertical at this velocity, that of dry friction at 0, and that of a limit at the
 //! velocity at which the joint would pass it. Since the mass matrix is positive definite, there is exactly one set of
-//! velocities at which all joints meet their laws.
+//! velocities at which all joints satisfy their laws.
 
 use crate::motor::{Motor, within};
 
@@ -14,7 +14,7 @@ const CORNERS: usize = 20;
 /// A force above every finite bound.
 pub(crate) const HUGE: f64 = 1e300;
 
-/// A corner, and the slope at which the force decreases on the piece that ends there; infinite if the piece is
+/// A corner, and the slope at which the force decreases on the piece that ends at the corner; infinite if the piece is
 /// vertical.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
@@ -28,7 +28,7 @@ struct Corner {
 #[derive(Debug, Clone)]
 pub(crate) struct Law {
     count: usize,
-    /// Slope of the last piece.
+    /// Slope at which the force decreases on the last piece.
     last: f64,
     corners: [Corner; CORNERS],
 }
@@ -36,7 +36,7 @@ pub(crate) struct Law {
 /// The condition that a piece imposes on its velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Piece {
-    /// The velocity has this value, whatever the force.
+    /// The velocity has this value, regardless of the force.
     Held(f64),
     /// The force is `at - slope v`.
     Line { at: f64, slope: f64 },
@@ -99,7 +99,7 @@ impl Law {
                 self.push(v, low, f64::INFINITY);
             }
         }
-        // Beyond its speeds, the force of a motor is constant: its maximum or 0.
+        // Outside its range of speeds, the force of a motor is constant: its maximum or 0.
         self.last = 0.0;
     }
 
@@ -113,7 +113,7 @@ impl Law {
         self.last += slope;
     }
 
-    /// Adds dry friction of at most `most` against the motion.
+    /// Adds dry friction, which opposes the motion with a force of at most `most`.
     pub fn add_friction(&mut self, most: f64) {
         let before = self.below(|v| v < 0.0);
         let after = self.below(|v| v <= 0.0);
@@ -225,10 +225,10 @@ impl Law {
         None
     }
 
-    /// Returns the piece on which an isolated mass would be at the end of a step, as the first guess.
+    /// Returns a first guess of the piece: that on which an isolated mass would be at the end of a step.
     ///
-    /// `inertia` is mass over step duration, and `pull` is `inertia` times the old velocity minus the bias force, so
-    /// that the new velocity is where the law's force equals `inertia v - pull`.
+    /// `inertia` is mass divided by step duration, and `pull` is `inertia` times the old velocity minus the bias force.
+    /// At the new velocity `v`, the law's force equals `inertia v - pull`.
     #[inline]
     pub fn guess(&self, inertia: f64, pull: f64) -> usize {
         let ahead = |i: &usize| inertia * self.corners[*i].velocity - pull < self.corners[*i].force;
@@ -259,7 +259,7 @@ impl Law {
         if piece < self.count { self.corners[piece].slope } else { self.last }
     }
 
-    /// Returns the number of corners before the first whose velocity does not match.
+    /// Returns the number of corners before the first one whose velocity does not match.
     fn below(&self, matches: impl Fn(f64) -> bool) -> usize {
         self.corners[..self.count].iter().take_while(|c| matches(c.velocity)).count()
     }

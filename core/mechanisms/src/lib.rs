@@ -7,10 +7,10 @@
 //!   [`Efforts`];
 //! - [`Contact`]: points at which trees touch each other or other bodies; a [`Group`] advances several trees together.
 //!
-//! Units are SI, with angles in rad; vectors are in the world frame unless stated otherwise. Nothing allocates memory
-//! after `new`, except that a group grows with its members and contacts. Results depend only on their arguments, and
-//! are identical to the bit on every processor: the crate adds, multiplies, divides and computes square roots in a
-//! fixed order, and uses sine and cosine of `libm`. Each file imports only from those before it in this order:
+//! Units are SI, with angles in rad; vectors are in the world frame unless stated otherwise. No function allocates
+//! memory after `new`, except that a group grows with its members and contacts. Results depend only on the arguments,
+//! and are bit-identical on all processors: the crate adds, multiplies, divides and computes square roots in a fixed
+//! order, and uses sine and cosine of `libm`. Each file imports only from the files before it in this order:
 //! `vector`, `spatial`, `error`, `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`,
 //! `dynamics`; `drive`, `motor`, `law`, `pivot`, `step`, `solver`; `contact`, `member`, `rows`, `group`. Equations,
 //! sources and limitations are in `docs/mechanisms.md`.

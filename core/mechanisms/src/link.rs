@@ -32,7 +32,7 @@ impl Joint {
             Joint::Free => 6,
         }
     }
-    /// Returns the number of positions, which is one more than that of velocities if there is a quaternion.
+    /// Returns the number of positions, which exceeds the number of velocities by one if they include a quaternion.
     pub fn positions(&self) -> usize {
         match self {
             Joint::Spherical => 4,
@@ -69,7 +69,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Returns a link without friction, armature and limits; the units are those of the fields.
+    /// Returns a link without damping, friction, armature or limits; the units are those of the fields.
     pub fn new(
         parent: Option<usize>,
         frame: Isometry3<f64>,
@@ -81,7 +81,7 @@ impl Link {
         Link { parent, frame, joint, mass, center, inertia, armature: 0.0, damping: 0.0, friction: 0.0, limits: None }
     }
 
-    /// Checks everything that does not depend on other links. `link` is the index of the link, for the error; `real`
+    /// Checks all values that do not depend on other links. `link` is the index of the link, for the error; `real`
     /// states whether the inertia must be that of a rigid body.
     pub(crate) fn check(&self, link: usize, real: bool) -> Result<(), TreeError> {
         let rotation = self.frame.rotation.quaternion().coords;
@@ -98,7 +98,7 @@ impl Link {
             ("armature", self.armature.is_finite()),
             ("damping", self.damping.is_finite()),
             ("friction", self.friction.is_finite()),
-            // An infinite limit is allowed, and means none.
+            // An infinite limit is allowed, and means that there is no limit.
             ("limits", self.limits.is_none_or(|l| !l[0].is_nan() && !l[1].is_nan())),
         ];
         if let Some((what, _)) = finite.iter().find(|(_, ok)| !ok) {

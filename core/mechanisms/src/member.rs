@@ -2,7 +2,7 @@
 
 use crate::{drive::Drives, solver::Solver, state::State, tree::Tree};
 
-/// One tree of a group, and everything that its step needs.
+/// One tree of a group, with the data that its step reads and writes.
 #[derive(Debug)]
 pub struct Member<'a> {
     /// The links and joints.
@@ -13,6 +13,7 @@ pub struct Member<'a> {
     pub drives: &'a Drives,
     /// The solver, which must have been created for the tree.
     pub solver: &'a mut Solver,
-    /// Efforts of the drives, Nm or N, one per velocity. Input: those of the previous step; output: those of this step.
+    /// Efforts of the drives, Nm or N, one per velocity. As an input, those of the previous step; as an output, those
+    /// of this step.
     pub carried: &'a mut [f64],
 }

@@ -1,11 +1,12 @@
-//! One drive in one step: its possible forces as a function of the velocity.
+//! A drive in a single step: its possible forces as a function of the velocity.
 
 use crate::drive::Bound;
 
-/// A drive at a known position, so that its force depends only on the velocity.
+/// A drive at a fixed position, whose force depends only on the velocity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Motor {
-    /// Any force within the bound at the target velocity, and the maximum force elsewhere.
+    /// Exerts any force within the bound at the target velocity, and the maximum force towards it at all other
+    /// velocities.
     Hold { target: f64, bound: Bound },
     /// The force `at - slope v`, limited to the bound.
     Line { at: f64, slope: f64, bound: Bound },

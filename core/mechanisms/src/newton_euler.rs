@@ -7,7 +7,7 @@ use crate::{
     vector::{Vec3, scale},
 };
 
-/// Memory of the algorithm: velocity, acceleration and force of each link.
+/// Working memory of the algorithm: velocity, acceleration and force of each link.
 #[derive(Debug, Clone)]
 pub(crate) struct Sweep {
     velocities: Vec<Motion>,

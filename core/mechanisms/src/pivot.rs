@@ -1,14 +1,14 @@
-//! Finds the velocities at which all joints of a tree meet their laws simultaneously.
+//! Finds the velocities at which all joints of a tree satisfy their laws simultaneously.
 //!
 //! With one piece selected for each law, the problem is linear: velocities on vertical pieces are known, and the others
-//! are found by one linear solve along the tree. Laws whose solution is not on the selected piece then select the
-//! adjacent one. Moving all such laws at once usually needs one to three solves, but may cycle. If the number of
-//! violated laws does not decrease, only the first of them is moved, until fewer laws are violated than ever before.
+//! are found by one linear solve along the tree. For each law whose solution is not on the selected piece, the adjacent
+//! piece is then selected. Moving all such laws at once usually takes one to three solves, but may cycle. If the number
+//! of violated laws does not decrease, only the first of them is moved, until fewer laws are violated than ever before.
 //!
 //! Source: Júdice and Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
 //! complementarity problems, Computers & Operations Research 21, 1994, for laws of two pieces; the paper cites Murty's
-//! proof that single moves by the least index terminate for a positive definite matrix. For laws of more pieces there
-//! is no such proof here, so the number of solves is limited; if it is reached, the step uses forces within their
+//! proof that single moves by the least index terminate for a positive definite matrix. No such proof is known for laws
+//! of more pieces, so the number of solves is limited. If the limit is reached, the step uses forces within their
 //! bounds.
 
 use crate::{
@@ -26,18 +26,18 @@ const PATIENCE: usize = 4;
 pub(crate) struct Search {
     /// Number of linear solves.
     pub solutions: usize,
-    /// Whether all laws are met.
+    /// Whether all laws are satisfied.
     pub met: bool,
 }
 
 impl Search {
-    /// Returns the combined statistics of this search and the one that continued it.
+    /// Returns the combined statistics of this search and the search that continued it.
     pub fn and(self, next: Search) -> Search {
         Search { solutions: self.solutions + next.solutions, met: next.met }
     }
 }
 
-/// The laws of all velocities, and the memory to solve them.
+/// The laws of all velocities, and the working memory of the search.
 #[derive(Debug, Clone)]
 pub(crate) struct Pivot {
     pub laws: Vec<Law>,
@@ -91,8 +91,8 @@ impl Pivot {
         &self.added
     }
 
-    /// Begins a step with new laws and a new mass matrix: guesses each piece as if its velocity were decoupled from the
-    /// others.
+    /// Begins a step with new laws and a new mass matrix, and guesses each piece as if its velocity were decoupled from
+    /// the others.
     pub fn begin(&mut self, tree: &Tree, mass: &MassMatrix, bias: &[f64], v: &[f64], h: f64) {
         self.factored = false;
         for (d, (v, bias)) in v.iter().zip(bias).enumerate() {
@@ -142,8 +142,8 @@ impl Pivot {
         Ok(Search { solutions: self.most, met: false })
     }
 
-    /// Solves with the forces `at - slope v` in place of the laws, of which only the allowed range of velocities is
-    /// kept. A joint that reaches a limit is stopped there until the end of the step.
+    /// Solves with the forces `at - slope v` in place of the laws, of which only the allowed range of velocities
+    /// remains in effect. A joint that reaches a limit is held there until the end of the step.
     pub fn settle(
         &mut self,
         tree: &Tree,
@@ -212,7 +212,7 @@ impl Pivot {
         if moving {
             mass.add_product(tree, &self.accelerations, &mut self.product);
         }
-        // Set up the right-hand side for free velocities; accelerations of held ones can be restored from `ends`.
+        // Set up the right-hand side for free velocities. Accelerations of held velocities can be restored from `ends`.
         for d in 0..n {
             self.accelerations[d] = if self.held[d] { 0.0 } else { self.forces[d] - self.product[d] };
         }

@@ -20,7 +20,7 @@ use crate::{
 /// smaller response transmits no force. The first value is for contacts of different trees or with other bodies, the
 /// second for contacts between links of the same tree.
 ///
-/// If the joints hardly allow motion along the normal, as between a drawer and its rails, the slightest tilt of the
+/// If the joints hardly allow motion along the normal, as between a drawer and its rails, even a slight tilt of the
 /// normal would cause very large forces, whose residuals after the sweeps would move the whole body. The second value
 /// corresponds to a tilt of 0.6 degrees.
 const IMMOVABLE: [f64; 2] = [1e-9, 1e-4];
@@ -44,7 +44,7 @@ pub(crate) struct Point {
     pub approach: f64,
     /// Velocity of each row due to bodies that are not links, m/s.
     pub drift: Vec3,
-    /// Minimum response of the normal, 1/kg; a smaller one counts as 0.
+    /// Minimum response of the normal, 1/kg; a smaller response is treated as 0.
     least: f64,
     /// Response of the normal: velocity per impulse, 1/kg.
     pub normal: f64,
@@ -126,7 +126,7 @@ impl Rows {
         }
     }
 
-    /// Appends the Jacobian of a contact; two links of one tree share a half.
+    /// Appends the Jacobian of a contact. If both links belong to the same tree, they share a half.
     fn halves(&mut self, members: &[Member<'_>], contact: &Contact, axes: &[Vec3; 3]) -> [Option<Half>; 2] {
         let mut halves = [None; 2];
         for (k, sign) in [(0, -1.0), (1, 1.0)] {
@@ -157,7 +157,7 @@ impl Rows {
         halves
     }
 
-    /// Adds a second path to the root to the columns from `first` on, which remain sorted.
+    /// Merges a second path to the root into the columns from index `first`, which remain sorted.
     fn merge(&mut self, first: usize, path: &[u32], of: impl Fn(u32) -> Vec3) {
         for &d in path {
             let at = first + self.columns[first..].partition_point(|c| *c < d);
@@ -210,7 +210,7 @@ impl Rows {
         }
     }
 
-    /// Sets the velocities of rows before impulses from the members' velocities at the end of the step, and clears z.
+    /// Sets the velocities of rows before impulses from the members' velocities at the end of the step, and clears `z`.
     pub fn read(&mut self, members: &[Member<'_>]) {
         self.z.fill(0.0);
         for i in 0..self.points.len() {

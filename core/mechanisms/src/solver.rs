@@ -26,11 +26,11 @@ pub enum Scheme {
 /// Statistics of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Report {
-    /// Number of linear solves: 3 ([`Scheme::Leapfrog`]: 2) if every guess was right, and 1 if no velocity changed
-    /// either.
+    /// Number of linear solves: 3 ([`Scheme::Leapfrog`]: 2) if every guess was correct, or 1 if, in addition, no
+    /// velocity changed.
     pub solutions: usize,
-    /// Whether the laws of all drives, friction and limits were met. If not, the forces of this step are within their
-    /// bounds, but a drive may have missed its target, or a joint may have lost momentum at a limit.
+    /// Whether the laws of all drives, friction and limits were satisfied. If not, the forces of this step are within
+    /// their bounds, but a drive may have missed its target, or a joint may have lost momentum at a limit.
     pub met: bool,
 }
 

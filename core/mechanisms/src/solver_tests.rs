@@ -1,4 +1,4 @@
-//! Tests of a search for velocities that reaches its limit of solves.
+//! Tests of steps in which the search for velocities reaches its limit of solves.
 
 use nalgebra::{Isometry3, Matrix3};
 
@@ -8,7 +8,7 @@ use crate::{
     link::{Joint, Link},
 };
 
-/// Forces must be within their bounds even if the limit is too low to meet all laws.
+/// Forces must be within their bounds even if the limit is too low to satisfy all laws.
 #[test]
 fn search_that_is_cut_short_stays_within_bounds() {
     let links = (0..12usize).map(|i| Link {

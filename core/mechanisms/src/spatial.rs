@@ -1,7 +1,7 @@
 //! Spatial (six-dimensional) motion and force vectors, and spatial inertias, in world axes about one common point.
 //!
 //! Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 2. Because all quantities are in the same axes
-//! about the same point, inertias and forces of links simply add up, without transformations between links.
+//! about the same point, inertias and forces of links can be added without transformations between links.
 
 use crate::vector::{Vec3, add, cross, dot, scale, sub};
 

@@ -36,7 +36,7 @@ impl State {
     }
 }
 
-/// Reads a quaternion and normalises it, because a quaternion set by a user may be rounded.
+/// Returns the quaternion that starts at index `at`, normalised because a user may have set rounded values.
 pub(crate) fn quaternion(q: &[f64], at: usize) -> Quat {
     normalized([q[at], q[at + 1], q[at + 2], q[at + 3]])
 }

@@ -57,7 +57,7 @@ pub(crate) struct Step {
     motors: Vec<Motor>,
     /// The linear part of each law: `at - slope v` of springs, viscous friction and external forces.
     passive: Vec<(f64, f64)>,
-    /// Positions after half a step at the old velocities; from `finish` on, those at the end.
+    /// Positions after half a step at the old velocities; after `finish`, positions at the end of the step.
     pub q: Vec<f64>,
     /// Positions for which poses are computed.
     place: Vec<f64>,
@@ -99,8 +99,8 @@ impl Step {
         drives.check(tree)
     }
 
-    /// Begins a step. `carried` has the efforts of drives in the previous step, for steps with contacts: drives that
-    /// hold a velocity then have a finite stiffness about these efforts, because a contact with an immovable joint
+    /// Begins a step. For steps with contacts, `carried` contains the efforts of drives in the previous step. Drives
+    /// that hold a velocity then have a finite stiffness about these efforts, because a contact with an immovable joint
     /// would have no solution.
     pub fn begin(&mut self, tree: &Tree, state: &State, drives: &Drives, h: f64, carried: Option<&[f64]>) {
         self.q.copy_from_slice(&state.q);
@@ -150,7 +150,7 @@ impl Step {
         Ok(search)
     }
 
-    /// Computes the forces, and the positions at the end; `met` states whether the last search met all laws.
+    /// Computes the forces, and the positions at the end; `met` states whether the last search satisfied all laws.
     pub fn finish(&mut self, tree: &Tree, state: &State, h: f64, met: bool) -> Result<(), DynamicsError> {
         self.share_forces(tree);
         if !met {
@@ -190,8 +190,8 @@ impl Step {
         }
     }
 
-    /// Completes a step whose laws were not met: drives and friction exert the forces found last, which are within
-    /// their bounds.
+    /// Completes a step whose laws could not be satisfied: drives and friction exert the forces found last, which are
+    /// within their bounds.
     fn settle(&mut self, tree: &Tree, v: &[f64], h: f64) -> Result<(), DynamicsError> {
         let given = self.efforts.drive.iter().zip(&self.efforts.friction);
         for (line, (drive, friction)) in self.passive.iter_mut().zip(given) {
@@ -228,7 +228,7 @@ impl Step {
         let late = if taken > STIFF { 1.0 - 0.5 * STIFF / taken } else { 0.5 };
         let turned = h * per_inertia * (spring.stiffness + own_stiffness);
         let calmed = if turned > STIFF * STIFF { 0.5 * h * (1.0 - STIFF * STIFF / turned) } else { 0.0 };
-        // Writes the force `stiffness (target - q) + damping (velocity - v)` as `at - slope v`.
+        // Converts the force `stiffness (target - q) + damping (velocity - v)` to the form `at - slope v`.
         let line = |target: f64, stiffness: f64, velocity: f64, damping: f64| {
             let calm = calmed * stiffness;
             let pull = stiffness * (target - q + 0.25 * h * v);
@@ -278,7 +278,7 @@ impl Step {
             let (law, piece) = (&self.pivot.laws[d], self.pivot.pieces[d]);
             let (at, slope) = self.passive[d];
             let rest = self.pivot.forces[d] - (at - slope * self.pivot.ends[d]);
-            // A velocity that is outside its piece due to rounding counts as on the piece.
+            // A velocity that is outside its piece due to rounding is moved to the end of the piece.
             let v = law.nearest(piece, self.pivot.ends[d]);
             let (low, high) = match (self.motors[d], law.piece(piece)) {
                 // Except on vertical pieces, `rest` is more precise than the force of a steep line.
@@ -331,8 +331,8 @@ struct Allowed {
 }
 
 impl Allowed {
-    /// Computes the range for position `q` after half of the step. A limit may be reached but not passed; a joint that
-    /// hits it stops.
+    /// Computes the range for position `q` after half of the step. A joint can reach a limit but not pass it, and stops
+    /// at it.
     fn new(dof: &Dof, q: f64, h: f64) -> Self {
         if dof.position == NONE {
             return Allowed { low: f64::NEG_INFINITY, high: f64::INFINITY };

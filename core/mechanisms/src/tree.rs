@@ -10,7 +10,7 @@ use crate::{
     vector::{IDENTITY, Mat3, Quat, Vec3, ZERO, normalized, rotation_of, turn},
 };
 
-/// Marks the absence of a parent, or of a velocity closer to the root.
+/// Index that stands for "no parent" or "no velocity closer to the root".
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// A joint in the form that computations need.
@@ -35,8 +35,8 @@ pub(crate) struct Node {
     /// The joint's axis in the parent's frame, at joint position 0.
     pub axis_in_parent: Vec3,
     pub axis: Vec3,
-    /// Special cases of most joints, which need a quarter of the multiplications: whether the rotation is the identity,
-    /// and, if the joint's axis is a coordinate axis, its index and sign.
+    /// Special cases that apply to most joints and save three quarters of the multiplications: whether the rotation is
+    /// the identity and, if the joint's axis is a coordinate axis, its index and sign.
     pub straight: bool,
     pub coordinate: Option<(usize, f64)>,
     pub mass: f64,
@@ -73,7 +73,7 @@ pub(crate) struct Dof {
 /// A tree of rigid links in which parents come before their children, and each link has one joint. Several links may
 /// have no parent; the tree is then a forest of independent trees.
 ///
-/// A tree has only constant data; positions and velocities are in a [`State`](crate::State).
+/// A tree contains only constant data; positions and velocities are stored in a [`State`](crate::State).
 #[derive(Debug, Clone)]
 pub struct Tree {
     links: Vec<Link>,
@@ -190,7 +190,7 @@ impl Tree {
     pub fn positions(&self) -> usize {
         self.positions
     }
-    /// Returns the number of velocities of a state, which is that of the degrees of freedom.
+    /// Returns the number of velocities of a state, which is the number of degrees of freedom.
     pub fn velocities(&self) -> usize {
         self.dofs.len()
     }
@@ -199,7 +199,8 @@ impl Tree {
     pub fn offsets(&self, link: usize) -> Option<(usize, usize)> {
         self.nodes.get(link).map(|n| (n.position, n.velocity))
     }
-    /// Returns the number of structurally nonzero entries in the lower triangle of the mass matrix, with the diagonal.
+    /// Returns the number of structurally nonzero entries in the lower triangle of the mass matrix, including the
+    /// diagonal.
     pub(crate) fn entries(&self) -> usize {
         self.columns.len()
     }

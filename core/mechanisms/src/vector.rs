@@ -1,7 +1,7 @@
 //! Vectors, rotations and quaternions as plain arrays, with every operation in a fixed order.
 //!
 //! The crate uses these types internally instead of those of nalgebra, whose matrix kernels may change the order of
-//! additions between versions, and thereby the exact results.
+//! additions, and thus the exact results, between versions.
 
 /// A vector of three components.
 pub(crate) type Vec3 = [f64; 3];

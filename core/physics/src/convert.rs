@@ -89,7 +89,7 @@ fn mesh_shape(mesh: &Mesh, convex: bool) -> Option<SharedShape> {
     if convex && let Some(hull) = SharedShape::convex_hull(&points) {
         return Some(hull);
     }
-    // Edges between triangles use the normals of both, so that nothing catches on the seams of a flat floor. Meshes of
-    // models are often open, so both sides are solid.
+    // Edges between triangles use the normals of both, which prevents objects from catching on the seams of a flat
+    // floor. Meshes of models are often open, so both sides are solid.
     SharedShape::trimesh_with_flags(points, mesh.triangles.clone(), TriMeshFlags::FIX_INTERNAL_EDGES_TWO_SIDED).ok()
 }

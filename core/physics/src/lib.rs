@@ -1,11 +1,9 @@
-//! The physics engine behind a trait.
-//!
-//! Only values cross this interface (SI units, f64, world frame unless stated otherwise), so that a different engine
-//! could replace `rapier` without changes to scenes, hashes or scripts. The scene's dynamics decide which objects
-//! become bodies and joints. Ids are dense, start at 0 and are assigned in order of creation; an engine never reuses
-//! the id of a removed body or joint.
+//! The physics engine behind a trait. Only values cross this interface (SI units, f64, world frame unless stated
+//! otherwise). A different engine could therefore replace `rapier` without changes to scenes, hashes or scripts. The
+//! scene's dynamics decide which objects become bodies and joints. Ids are dense, start at 0 and are assigned in order
+//! of creation; an engine never reuses the id of a removed body or joint.
 
-#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values in tests do not affect results"))]
 
 mod closest;
 pub(crate) mod convert;
@@ -18,11 +16,11 @@ pub use closest::closest;
 pub use rapier::Rapier;
 use tatu_geometry::Part;
 
-/// The id of a body.
+/// The id of a body, from 0, in order of creation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct BodyId(pub u32);
 
-/// The id of a joint.
+/// The id of a joint, from 0, in order of creation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct JointId(pub u32);
 
@@ -52,8 +50,8 @@ pub struct MassProps {
 /// their high bytes do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Respond {
-    /// The low byte applies within the tree, the high byte to all other bodies. If it is 0, the body collides with
-    /// nothing.
+    /// The low byte applies within the tree, the high byte to all other bodies. With a mask of 0, the body does not
+    /// collide.
     pub mask: u16,
     /// Id of the mechanism that the body is part of.
     pub tree: u32,
@@ -79,9 +77,9 @@ pub struct BodyDesc {
     /// Coefficient of restitution, from 0 (no bounce) to 1 (a bounce to the same height). The restitution of a pair is
     /// the product of both coefficients, as in Bullet.
     pub restitution: f64,
-    /// Collision mask.
+    /// Mask that determines with which bodies the body collides.
     pub respond: Respond,
-    /// Whether continuous collision detection also applies to moving bodies.
+    /// Whether continuous collision detection includes collisions with other moving bodies.
     pub bullet: bool,
     /// Linear and angular damping, 1/s.
     pub damping: [f64; 2],
@@ -180,12 +178,12 @@ pub struct JointDesc {
     pub frame_in_a: Isometry3<f64>,
     /// Pose of the joint frame in body `b` at position 0.
     pub frame_in_b: Isometry3<f64>,
-    /// Degrees of freedom.
+    /// The joint's degrees of freedom.
     pub kind: JointKind,
     /// Lowest and highest position, rad or m; `None` means no limits.
     pub limits: Option<(f64, f64)>,
-    /// Position at creation, rad or m. It matters only for revolute joints with limits, where it determines the whole
-    /// turns.
+    /// Position at creation, rad or m. It is used only for revolute joints with limits, where it determines the number
+    /// of whole turns.
     pub position: f64,
     /// How the joint is enforced.
     pub form: JointForm,
@@ -221,7 +219,7 @@ pub enum JointForm {
     /// The links of a tree, solved by `tatu_mechanisms` outside rapier: as exact as [`JointForm::Reduced`], at a cost
     /// that grows with the number of joints times their depth. Not available for screws, gears and loops.
     Tree,
-    /// Impulses close a loop between bodies that other joints, of either form, already connect.
+    /// Impulses close a loop between bodies that other joints, of any form, already connect.
     Loop,
 }
 
@@ -230,11 +228,11 @@ pub enum JointForm {
 pub struct Passive {
     /// Damping, N m s/rad or N s/m.
     pub damping: f64,
-    /// Dry friction, N m or N. Not in impulse form.
+    /// Dry friction, N m or N. Not supported in impulse form.
     pub friction: f64,
-    /// Inertia of a rotor behind a gearbox, reflected to the joint, kg m^2 or kg. Not in impulse form.
+    /// Inertia of a rotor behind a gearbox, reflected to the joint, kg m^2 or kg. Not supported in impulse form.
     pub armature: f64,
-    /// Stiffness of a spring towards `rest`, N m/rad or N/m. Not in impulse form.
+    /// Stiffness of a spring towards `rest`, N m/rad or N/m. Not supported in impulse form.
     pub stiffness: f64,
     /// Rest position of the spring, rad or m.
     pub rest: f64,
@@ -251,7 +249,7 @@ pub struct Tracking {
     pub p: f64,
     /// Integral gain, 1/s^2.
     pub i: f64,
-    /// Derivative gain.
+    /// Derivative gain, dimensionless.
     pub d: f64,
     /// Velocity of the target, rad/s or m/s.
     pub velocity: f64,
@@ -264,9 +262,9 @@ pub enum Drive {
     Free,
     /// Reaches velocity `target` with at most `max_force`.
     Velocity {
-        /// Target velocity.
+        /// Target velocity, rad/s or m/s.
         target: f64,
-        /// Limit of torque or force.
+        /// Maximum torque, N m, or force, N.
         max_force: f64,
         /// Speed lost per unit of load, rad/s per N m or m/s per N; 0 means no slip.
         slip: f64,
@@ -275,14 +273,14 @@ pub enum Drive {
     Position {
         /// Target position, rad or m.
         target: f64,
-        /// Limit of torque or force.
+        /// Maximum torque, N m, or force, N.
         max_force: f64,
-        /// Limit of the velocity.
+        /// Maximum velocity, rad/s or m/s.
         max_velocity: f64,
         /// Controller; `None` means that the error decays to 1/e of its value in 0.05 s, without overshoot.
         tracking: Option<Tracking>,
     },
-    /// Constant torque or force.
+    /// Exerts a constant torque, N m, or force, N.
     Force(f64),
 }
 
@@ -298,7 +296,8 @@ pub struct Twist {
 /// The state of a joint after the last step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointState {
-    /// Position, rad or m. For revolute joints without limits it is in (-pi, pi]; with limits it counts whole turns.
+    /// Position, rad or m. For revolute joints, it is in (-pi, pi] without limits, and includes whole turns with
+    /// limits.
     pub position: f64,
     /// For a spherical joint: rotation of the frame on body `b` relative to that on body `a`.
     pub rotation: UnitQuaternion<f64>,
@@ -335,7 +334,7 @@ pub struct Wrench {
 /// Contact parameters of a pair of bodies, which override those of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairRule {
-    /// Whether the two bodies collide at all.
+    /// Whether the two bodies collide.
     pub responds: bool,
     /// Coulomb friction coefficient; `None` means that of the materials or bodies.
     pub friction: Option<f64>,
@@ -346,7 +345,7 @@ pub struct PairRule {
 /// A force and a torque on a body in the world frame, at its centre of mass.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Push {
-    /// The body.
+    /// The body on which the force and the torque act.
     pub body: BodyId,
     /// Force, N.
     pub force: Vector3<f64>,
@@ -363,11 +362,11 @@ pub type BeforeStep<'a> = dyn FnMut(&dyn Engine, u32, &mut Vec<Push>) + 'a;
 pub struct EngineSettings {
     /// Gravity, m/s^2.
     pub gravity: Vector3<f64>,
-    /// Length of a physics step, s: the period of collision detection.
+    /// Length of a physics step, s, which is also the period of collision detection.
     pub step: f64,
     /// Number of sub-steps per physics step in which velocities are solved; at least 1.
     pub substeps: u32,
-    /// Whether bodies that rest on something may sleep until they are touched.
+    /// Whether bodies that rest on something can sleep until they are touched.
     pub sleep: bool,
     /// The rule that combines the friction of two bodies. Applies to bodies that are added afterwards.
     pub friction_rule: FrictionRule,
@@ -391,9 +390,9 @@ impl Default for EngineSettings {
 
 /// A rigid-body engine.
 pub trait Engine: Send + Sync {
-    /// Changes the settings.
+    /// Replaces the engine's settings.
     fn configure(&mut self, settings: EngineSettings);
-    /// Adds a body.
+    /// Adds a body and returns its id.
     fn add_body(&mut self, desc: &BodyDesc) -> BodyId;
     /// Removes a body and the joints on it. An unknown id is ignored.
     fn remove_body(&mut self, body: BodyId);
@@ -420,8 +419,9 @@ pub trait Engine: Send + Sync {
     fn set_materials(&mut self, pairs: &[MaterialPair]);
     /// Sets the rest position of a joint's spring, rad or m.
     fn set_rest(&mut self, joint: JointId, rest: f64);
-    /// Places a body. Dynamic bodies keep their velocities. Kinematic bodies move there at constant velocity during the
-    /// next [`Engine::advance`] and push bodies in their path; [`Engine::pose`] returns the new pose at once.
+    /// Sets the pose of a body. Dynamic bodies keep their velocities. Kinematic bodies move to the pose at constant
+    /// velocity during the next [`Engine::advance`] and push bodies in their path; [`Engine::pose`] returns the new
+    /// pose immediately.
     fn set_pose(&mut self, body: BodyId, pose: &Isometry3<f64>);
     /// Sets the velocities of a dynamic body.
     fn set_twist(&mut self, body: BodyId, twist: &Twist);
@@ -438,9 +438,9 @@ pub trait Engine: Send + Sync {
             self.advance_part(step, steps, before.as_deref_mut());
         }
     }
-    /// Runs one of the `steps` steps of an advance, counted from 0. Running all of them in order gives the same result,
-    /// bit for bit, as one [`Engine::advance_with`]. Between these calls, all state may be read, and drives and pairs
-    /// may be changed.
+    /// Runs the step with index `step`, from 0, of the `steps` steps of an advance. Running all of them in order gives
+    /// the same result, bit for bit, as one [`Engine::advance_with`]. Between these calls, all state may be read, and
+    /// drives and pairs may be changed.
     fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>);
     /// Sets the contact parameters of a pair from the next step on, or removes them if `rule` is `None`.
     fn set_pair(&mut self, a: BodyId, b: BodyId, rule: Option<PairRule>);

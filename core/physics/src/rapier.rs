@@ -13,7 +13,7 @@
 //! their loads, `respond` decides which bodies collide, `grip` implements anisotropic and rolling friction, `overlap`
 //! separates bodies that were created overlapping, `curved` lets cylinders roll, `report` reads contacts, `velocity`
 //! computes velocities, `spin` integrates gyroscopic motion, `trees` solves mechanisms without rapier, `sleep` decides
-//! which bodies may sleep, `turns` counts whole turns, `push` applies forces for a single step, and `snapshot` saves
+//! which bodies can sleep, `turns` counts whole turns, `push` applies forces for a single step, and `snapshot` saves
 //! and restores the state.
 
 mod bodies;
@@ -70,8 +70,8 @@ impl Rapier {
         engine
     }
 
-    /// Moves kinematic bodies at constant velocity along their paths, so that they push with the velocity of their
-    /// motion. `done` is the fraction of the advance that is complete after this step.
+    /// Moves kinematic bodies at constant velocity along their paths. They thus push other bodies with the velocity of
+    /// their motion. `done` is the fraction of the advance that is complete after this step.
     fn move_kinematic(&mut self, done: f64) {
         for (id, (from, to)) in &self.tables.moving {
             let Some(record) = &self.tables.bodies[id.0 as usize] else {
@@ -394,7 +394,7 @@ impl Engine for Rapier {
             None => drop(self.tables.pairs.remove(&pair)),
             Some(rule) => {
                 self.tables.pairs.insert(pair, rule);
-                // The filter is called only for bodies with a rule.
+                // The filter must be enabled for bodies with a rule.
                 for body in [a, b] {
                     self.watch_pairs(body);
                 }
@@ -435,7 +435,7 @@ impl Engine for Rapier {
         let [a, b] = [record.bodies.0, record.bodies.1].map(|id| self.velocity(id));
         let velocity = match record.kind {
             JointKind::Revolute | JointKind::Screw(_) => (b.angular - a.angular).dot(along),
-            // Both velocities are taken at the same point, so that a common rotation cancels out.
+            // Both velocities are taken at the same point, which cancels a common rotation.
             _ => (b.at(frame_b.translation) - a.at(frame_b.translation)).dot(along),
         };
         let effort = match (record.drive, &record.held) {

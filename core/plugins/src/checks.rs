@@ -1,4 +1,5 @@
-//! Checks of declarations when a plugin is loaded: errors are reported, and the rest of the plugin works.
+//! Checks of a plugin's declarations when the plugin is loaded. Faulty declarations are reported, but do not prevent
+//! the use of the plugin.
 
 use std::collections::BTreeSet;
 
@@ -8,11 +9,11 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use super::{Declared, Registry, check_value, schemas};
 use crate::{texts, units};
 
-/// Types that a parameter can have. All numeric arrays arrive as F64S, whatever their element type.
+/// Types that a parameter can have. Numeric arrays of any element type are passed as F64S.
 const KINDS: &[u32] =
     &[TATU_BOOL, TATU_I64, TATU_F64, TATU_TEXT, TATU_BYTES, TATU_F64S, TATU_LIST, TATU_MAP, TATU_FUNC, TATU_OBJECT];
 
-/// Returns the errors in declarations, one sentence each. `in_files` is set if the keys occur in scene files.
+/// Returns one message for each error in declarations. `in_files` is set if scene files can contain the keys.
 pub fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
     let mut out = Vec::new();
     let mut keys = BTreeSet::new();
@@ -25,11 +26,11 @@ pub fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         } else if let Some(flaw) = texts::flaw(&p.key).filter(|_| !in_files) {
             say(format!("has an invalid key: it {flaw}"));
         } else if !keys.insert(p.key.as_str()) {
-            say("is declared twice; the first one counts".into());
+            say("is declared twice; the first declaration is used".into());
         }
         let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if in_files && !p.key.is_empty() && !p.key.chars().all(bare) {
-            say("cannot be written in a scene file: a key has letters, digits, `_` and `-`".into());
+            say("cannot be written in a scene file: use only letters, digits, `_` and `-`".into());
         }
         let any = p.flags & TATU_PARAM_ANY != 0;
         if !any && !KINDS.contains(&p.kind) {
@@ -38,7 +39,7 @@ pub fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         }
         if let Some(unit) = p.unit.as_deref().filter(|u| in_files && !units::is_known(u)) {
             say(format!(
-                "has the unknown unit `{unit}`: scene files write it without one; known are {}",
+                "has the unknown unit `{unit}`, so its key in scene files has no unit; known units are {}",
                 units::KNOWN.join(", ")
             ));
         }
@@ -46,7 +47,7 @@ pub fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             say("declares keys more than 4 tables deep, or more than 1000 of them: the rest is not checked".into());
         }
         if p.unreadable_default {
-            say("has a default that cannot be read: a value of unknown type, or nested too deep".into());
+            say("has a default that cannot be read: its type is unknown, or it is nested too deeply".into());
         }
         if p.lowest > p.highest || p.lowest.is_nan() || p.highest.is_nan() {
             say(format!("has an empty range: from {} to {}", p.lowest, p.highest));
@@ -60,7 +61,7 @@ pub fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             }
         }
         if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
-            say("has choices, but is not a text: the choices are ignored".into());
+            say("has choices, but is not a string: the choices are ignored".into());
         }
         let of_keys = parameters(&p.keys, false).into_iter();
         out.extend(of_keys.map(|flaw| format!("{name}: {}", flaw.replacen("its parameter", "its key", 1))));
@@ -78,11 +79,11 @@ const MORE_UNITS: &[&str] = &[
 fn unknown_unit(p: &Declared) -> Option<String> {
     let known = |u: &str| u.is_empty() || units::is_known(u) || MORE_UNITS.contains(&u);
     let unit = p.unit.as_deref().filter(|u| !known(u))?;
-    Some(format!("`{}` has the unknown unit `{unit}`; known are {}", p.key, units::KNOWN.join(", ")))
+    Some(format!("`{}` has the unknown unit `{unit}`; known units are {}", p.key, units::KNOWN.join(", ")))
 }
 
 impl Registry {
-    /// Iterates over everything that plugins offer: plugin, kind, id and description.
+    /// Iterates over everything that plugins offer, as plugin, kind of item, id and description.
     fn texts(&self) -> impl Iterator<Item = (usize, &str, &str, &str)> {
         macro_rules! all {
             ($list:ident, $what:literal) => {

@@ -17,40 +17,43 @@ const MOST_KEYS: u32 = 1000;
 pub struct Declared {
     /// Key, such as "range".
     pub key: String,
-    /// `TATU_BOOL` .. `TATU_OBJECT`
+    /// Type of the value, `TATU_BOOL` to `TATU_OBJECT`.
     pub kind: u32,
-    /// Number of elements of an array; 0 for any number.
+    /// Required number of elements of an array; 0 if any number is allowed.
     pub count: u32,
-    /// `TATU_PARAM_*`
+    /// Combination of `TATU_PARAM_*` flags.
     pub flags: u32,
-    /// Unit of the SI value.
+    /// SI unit of the value, if it has one.
     pub unit: Option<String>,
-    /// Minimum.
+    /// Minimum value, in SI units; negative infinity if there is none.
     pub lowest: f64,
-    /// Maximum.
+    /// Maximum value, in SI units; infinity if there is none.
     pub highest: f64,
     /// Default value.
     pub fallback: Value,
     /// Whether the default could not be read; `fallback` is then nil.
     pub unreadable_default: bool,
-    /// Allowed texts; if empty, all are allowed.
+    /// Allowed values of a string; if empty, any string is allowed.
     pub choices: Vec<String>,
     /// Declared keys of a table; if empty, all keys are allowed.
     pub keys: Vec<Declared>,
     /// Whether some of the keys were not read, because there are too many or they are nested too deeply.
     pub keys_cut: bool,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
 }
 
 impl Declared {
+    /// Reads a list of declarations.
+    ///
     /// # Safety
     /// `list` must be null or a null-terminated list of valid tables.
     pub(super) unsafe fn read_list(list: *const *const tatu_param) -> Vec<Declared> {
         // SAFETY: the caller guarantees that the list and its tables are valid during this call; they are copied.
         unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p, 0, &mut 0)).collect() }
     }
-    /// Reads the keys of a table. Also returns whether some were left out, since a declaration may refer to itself.
+    /// Reads the keys of a table, and returns whether some were left out. The depth and the number of keys are limited,
+    /// because a declaration can refer to itself.
     unsafe fn read_keys(list: *const *const tatu_param, depth: u32, read: &mut u32) -> (Vec<Declared>, bool) {
         // SAFETY: the caller guarantees that the list is valid during this call.
         let all = unsafe { tables::list(list) };
@@ -67,7 +70,7 @@ impl Declared {
         (keys, cut)
     }
     unsafe fn read(raw: &tatu_param, depth: u32, read: &mut u32) -> Declared {
-        // If both bounds are 0, the plugin left them unset: there are no bounds.
+        // If both bounds are 0, the plugin has not set them, which means that the value is unbounded.
         let unset = raw.lowest == 0.0 && raw.highest == 0.0;
         // SAFETY: the contract requires lists, tables and texts of a declaration to be valid as long as the plugin,
         // which is never unloaded.
@@ -94,7 +97,7 @@ impl Declared {
             }
         }
     }
-    /// Returns whether the parameter may be omitted.
+    /// Returns whether the parameter can be omitted.
     pub fn optional(&self) -> bool {
         self.flags & TATU_PARAM_OPTIONAL != 0 || self.fallback != Value::Nil
     }
@@ -132,8 +135,8 @@ impl Declared {
     }
 }
 
-/// Converts a value to the declared type: integers to floats, lists to arrays of numbers, and texts that are numbers to
-/// numbers. The error describes the value found.
+/// Converts a value to the declared type: integers to floats, lists to arrays of numbers, and strings that represent
+/// numbers to numbers. The error describes the value found.
 pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
     if declared.flags & TATU_PARAM_ANY != 0 {
         return Ok(value);
@@ -201,7 +204,7 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         _ => true,
     };
     if matches!(&value, Value::Floats(f) if f.iter().any(|x| x.is_nan())) {
-        return Err(format!("expected {}, found one that is not a number", declared.expectation()));
+        return Err(format!("expected {}, found a value that is not a number", declared.expectation()));
     }
     if fits {
         return Ok(value);
@@ -221,8 +224,8 @@ fn numbered(values: impl IntoIterator<Item = Value>) -> Vec<(Value, Value)> {
     (1..).map(Value::Int).zip(values).collect()
 }
 
-/// Checks the entries of a table against its declared keys and fills in defaults, in the order of declaration. Without
-/// declared keys the entries are unchanged.
+/// Checks the entries of a table against its declared keys, fills in defaults, and returns the entries in the order of
+/// declaration. Without declared keys, the entries are unchanged.
 fn with_keys(declared: &Declared, entries: Vec<(Value, Value)>) -> Result<Vec<(Value, Value)>, String> {
     if declared.keys.is_empty() {
         return Ok(entries);
@@ -251,7 +254,7 @@ fn with_keys(declared: &Declared, entries: Vec<(Value, Value)>) -> Result<Vec<(V
     Ok(out)
 }
 
-/// Returns a key as text, if it is one.
+/// Returns a key as a string, if it is one.
 fn name(key: &Value) -> Option<&str> {
     match key {
         Value::Text(t) | Value::Bytes(t) => std::str::from_utf8(t).ok(),
@@ -266,7 +269,8 @@ fn shown(key: &Value) -> String {
 
 /// Returns a number without a fraction as an integer.
 fn whole(f: f64) -> Option<i64> {
-    // Beyond 2^53 floats have no fraction; the limit is just below 2^63, beyond which an `i64` cannot hold them.
+    // Floats beyond 2^53 have no fraction. The limit is just below 2^63, the first value that an `i64` cannot
+    // represent.
     (f.fract() == 0.0 && f.abs() < 9.2e18).then_some(f as i64)
 }
 

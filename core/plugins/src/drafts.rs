@@ -1,4 +1,5 @@
-//! Drafts of extensions and services: reports one in a different draft as such, not as unknown.
+//! Detection of extensions and services in a draft other than the host's, which are reported as such rather than as
+//! unknown.
 
 use std::{
     ffi::{CStr, CString},
@@ -31,7 +32,7 @@ pub const SERVICES: [&CStr; 14] = [
     TATU_HOST_EDITS,
 ];
 
-/// Number of drafts beyond the host's own that it checks for, to report what it cannot use.
+/// Number of drafts newer than the host's for which plugins are queried, to report extensions that the host cannot use.
 const AHEAD: u32 = 8;
 
 /// Splits "tatu.sensor/draft.4" into "tatu.sensor" and 4.
@@ -40,14 +41,16 @@ fn split(id: &str) -> Option<(&str, u32)> {
     Some((name, draft.parse().ok()?))
 }
 
-/// Returns "built for draft 9 of `tatu.sensor`, this host has draft 4", if the id is a known one in a different draft.
+/// Returns a message such as "built for draft 9 of `tatu.sensor`, this host has draft 4" if the id is that of a known
+/// extension or service in a different draft.
 pub fn other_draft(id: &str) -> Option<String> {
     let (name, draft) = split(id)?;
     let ours = EXTENSIONS.iter().chain(&SERVICES).filter_map(|c| split(c.to_str().ok()?)).find(|(n, _)| *n == name)?.1;
     (ours != draft).then(|| format!("built for draft {draft} of `{name}`, this host has draft {ours}"))
 }
 
-/// Describes what a plugin offers in drafts other than the host's; `offers` asks the plugin for an id.
+/// Describes the extensions that a plugin offers in drafts other than the host's. `offers` returns whether the plugin
+/// offers an id.
 pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
     let mut out = Vec::new();
     for id in EXTENSIONS.iter().filter(|id| !offers(id)) {
@@ -60,7 +63,7 @@ pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
 }
 
 /// Searches a library that declares no extensions for a misspelt extension id. Returns a clause for the error message
-/// that names it and the nearest valid id, or an empty string.
+/// with the misspelt id and the nearest valid one, or an empty string.
 pub fn misspelt(library: &Path) -> String {
     let Ok(bytes) = read_plain(library, MOST_BYTES) else { return String::new() };
     let known: Vec<&str> = EXTENSIONS.iter().chain(&SERVICES).filter_map(|id| id.to_str().ok()).collect();

@@ -1,4 +1,4 @@
-//! Checks of a library before the loader maps it: a truncated ELF file would kill the process with SIGBUS.
+//! Checks of a library before the loader maps it, because a truncated ELF file would kill the process with SIGBUS.
 
 use std::{
     fs::File,
@@ -9,16 +9,16 @@ use std::{
 /// The reason why a file must not be passed to the loader, and a hint.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Unfit {
-    /// What is wrong.
+    /// Why the file is rejected.
     pub text: String,
-    /// The hint.
+    /// Hint that suggests what to do about it.
     pub help: &'static str,
 }
 
 const AGAIN: &str = "build or copy it again";
 const REBUILD: &str = "build it for this processor and system";
 
-/// Size of a file's header, bytes.
+/// Size of the header of an ELF file, bytes.
 const HEADER: usize = 64;
 
 /// Checks the headers of an ELF file. On systems with ELF libraries, other files are refused; on other systems, the
@@ -82,7 +82,7 @@ fn whole(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
             return Some(false);
         }
     }
-    // The loader does not need the section table, but it is at the end of the file: without it, the file is truncated.
+    // The loader does not need the section table, but a file without it is truncated, because the table is at its end.
     let (sections, size, count) = (number(header, 40, 8)?, number(header, 58, 2)?, number(header, 60, 2)?);
     Some(sections == 0 || sections.checked_add(size * count)? <= have)
 }

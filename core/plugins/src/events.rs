@@ -1,4 +1,4 @@
-//! The host's own events; docs/reference/events.md has a line for each.
+//! The host's own events, each of which docs/reference/events.md describes.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
@@ -6,9 +6,9 @@ use crate::Declared;
 
 /// Events that are expensive to collect; `*` does not include them.
 pub const GATHERED: &[&str] = &["collision", "separation", "contact"];
-/// Events for services that list none.
+/// Events that a service receives if it does not list any.
 pub const FOR_SERVICES: &[&str] = &["started", "paused", "resumed", "stopped", "fault"];
-/// Denotes all events except those in `GATHERED`.
+/// Subscription to all events except those in `GATHERED`.
 pub const ALL: &str = "*";
 
 /// Returns whether a subscription to `wanted` includes the event `name`.
@@ -19,13 +19,13 @@ pub fn covers(wanted: &str, name: &str) -> bool {
 /// A declared event.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventInfo {
-    /// Index of the plugin that declares it; `None`: the host.
+    /// Index of the plugin that declares the event; `None` for the host's own events.
     pub plugin: Option<usize>,
-    /// Its name.
+    /// Name of the event.
     pub name: String,
-    /// Description of when it is published, one sentence.
+    /// Description of when the event is published, in one sentence.
     pub text: String,
-    /// The fields of its payload.
+    /// Declared fields of the event's payload.
     pub fields: Vec<Declared>,
 }
 

@@ -165,7 +165,7 @@ pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
     (done, what)
 }
 
-/// Whether this process is a copy of the program, made by a fork within a plugin's call.
+/// Whether this process is a copy of the program that was created by a fork within a plugin's call.
 static IS_CHILD: AtomicBool = AtomicBool::new(false);
 
 /// Marks this process as a forked copy, which ends when the plugin's call returns.
@@ -181,8 +181,8 @@ pub fn end_if_child() {
     }
 }
 
-/// Ends a forked copy of the process, which has only one thread: it would wait forever for the others, and could write
-/// to the program's files.
+/// Ends a forked copy of the process. The copy has only one thread, so it would wait forever for the others, and it
+/// could write to the program's files.
 #[cold]
 fn end_child() {
     #[cfg(unix)]
@@ -192,8 +192,8 @@ fn end_child() {
     };
 }
 
-/// Sets this thread's floating-point mode to that with which every program starts: rounding to nearest, subnormal
-/// numbers enabled, traps disabled.
+/// Sets this thread's floating-point mode to the default of a new process: rounding to nearest, subnormal numbers
+/// enabled, traps disabled.
 pub fn take_plain_mode() {
     #[cfg(target_arch = "x86_64")]
     register::write(0x1f80);
@@ -201,16 +201,16 @@ pub fn take_plain_mode() {
     register::write(0);
 }
 
-/// Whether the process also belongs to other code; see [`share_process`].
+/// Whether the process is shared with other code; see [`share_process`].
 static SHARED: AtomicBool = AtomicBool::new(false);
 
-/// Declares that the process also belongs to other code, such as an interpreter, which may change its locale, working
+/// Declares that the process is shared with other code, such as an interpreter, which can change its locale, working
 /// folder and signal handlers at any time. From then on, only the state of threads is checked and restored.
 pub fn share_process() {
     SHARED.store(true, Relaxed);
 }
 
-/// A known good state of thread and process.
+/// A state of a thread and of the process that is known to be good, for comparison and restoration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProcessState {
     mode: Mode,
@@ -220,7 +220,7 @@ pub struct ProcessState {
 }
 
 impl ProcessState {
-    /// Captures the current state.
+    /// Captures the current state of this thread and of the process.
     pub fn now() -> Self {
         ProcessState {
             mode: Mode::now(),
@@ -266,8 +266,8 @@ pub const MODE: &str = "the floating-point mode";
 /// Description of a changed direction flag, for messages.
 pub const DIRECTION: &str = "the direction flag of the processor";
 const BOTH: &str = "the floating-point mode and the locale of the process";
-/// The hint, for messages.
-pub const HELP: &str = "it was put back; build the plugin without `-ffast-math`, and without calls of setlocale, fesetround, chdir, \
+/// The hint in messages about changed state.
+pub const HELP: &str = "it was restored; build the plugin without `-ffast-math`, and without calls of setlocale, fesetround, chdir, \
                         sigaction and the like";
 
 #[cfg(unix)]

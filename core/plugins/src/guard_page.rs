@@ -1,5 +1,5 @@
 //! Read-only copies of bytes that end at a guard page: a plugin that reads past the end of a copy, or writes to it,
-//! crashes at that access, and [`blame`] names the copy.
+//! crashes at that access, and [`blame`] identifies the copy.
 
 use std::ffi::c_void;
 
@@ -35,7 +35,7 @@ impl Guarded {
     }
 }
 
-/// Makes a copy as in [`Guarded`] that stays mapped until the process ends.
+/// Creates a copy like [`Guarded`] that remains mapped until the process ends.
 pub fn before_guard(bytes: &[u8], label: &str) -> *const c_void {
     let guarded = Guarded::new(bytes, label);
     let first = guarded.first.cast();
@@ -62,7 +62,7 @@ mod mapped {
         sync::atomic::{AtomicPtr, AtomicUsize, Ordering::Acquire, Ordering::Release},
     };
 
-    /// Maximum number of copies with a label at the same time; further copies have none.
+    /// Maximum number of copies that can have a label at the same time; further copies have none.
     const MOST: usize = 4096;
     /// Size of a label, in bytes.
     const LABEL: usize = 120;

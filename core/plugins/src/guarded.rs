@@ -17,7 +17,7 @@ impl Number for f64 {}
 impl Number for i32 {}
 impl Number for [f64; 6] {}
 
-/// An array of `T` between two guards. [`Guarded::fill`] may move it.
+/// An array of `T` between two guards. [`Guarded::fill`] can move it to other memory.
 #[derive(Debug)]
 pub struct Guarded<T> {
     /// Guard, elements, guard; the second guard begins directly after the last byte.

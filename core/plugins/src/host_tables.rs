@@ -24,7 +24,7 @@ pub struct HostTables {
 /// The data used by the host's entry function.
 struct Shared {
     find: FindTable,
-    /// Whether third-party plugins get truncated tables: see [`HostTables::cut_to_needs`].
+    /// Whether third-party plugins receive truncated tables: see [`HostTables::cut_to_needs`].
     cut: bool,
     keys: Mutex<Interner>,
     tickets: Tickets,
@@ -47,7 +47,7 @@ struct OwnHost {
     holder: Holder,
     /// Tables of which the plugin gets truncated copies, with the sizes of the copies in bytes.
     needs: Vec<(CString, u32)>,
-    /// The folder of its assets, if there is one.
+    /// The folder of the plugin's assets, if it exists.
     assets: Option<CString>,
 }
 
@@ -59,7 +59,7 @@ unsafe fn own(host: *const tatu_host) -> Option<&'static OwnHost> {
     unsafe { host.as_ref()?.ctx.cast::<OwnHost>().as_ref() }
 }
 
-/// Keys and their numbers. The keys of the core's rows come first, in order.
+/// Keys and their numbers. The first numbers are those of the core's properties, in order.
 #[derive(Default)]
 struct Interner {
     numbers: BTreeMap<String, u32>,
@@ -91,16 +91,16 @@ impl HostTables {
             shared: Arc::new(Shared { find, cut: false, keys: Mutex::new(interner), tickets: Tickets::default() }),
         }
     }
-    /// Makes later plugins that do not come with the program get truncated copies of the tables that they need, of the
-    /// size that their `needs` state. A read past the end of a copy crashes the process. Meant for validators; plugins
-    /// that are already loaded are not affected.
+    /// Passes truncated copies of tables to all plugins that are loaded from now on and do not come with the program.
+    /// Each copy has the size that the plugin's `needs` state, and a read past its end crashes the process. Meant for
+    /// validators.
     pub fn cut_to_needs(&mut self) {
         if let Some(shared) = Arc::get_mut(&mut self.shared) {
             shared.cut = true;
         }
     }
-    /// Creates the host object for a plugin. `needs` has ids of tables, and how many bytes of each table the plugin
-    /// requires; `assets` is the folder of its assets.
+    /// Creates the host object for a plugin. `needs` contains the ids of tables and the number of bytes that the plugin
+    /// requires of each; `assets` is the folder of the plugin's assets.
     pub(crate) fn own(
         &self,
         plugin: &str,
@@ -125,7 +125,7 @@ impl HostTables {
             &raw const (*new).raw
         }
     }
-    /// Returns a table, or null.
+    /// Returns the table with an id, or null if there is no such table.
     pub(crate) fn find(&self, id: &str) -> *const c_void {
         CString::new(id).map_or(std::ptr::null(), |id| (self.shared.find)(&id))
     }
@@ -135,7 +135,7 @@ impl HostTables {
             k.refused.clear();
         }
     }
-    /// Describes the tables in other drafts that were requested since then.
+    /// Describes the tables in other drafts that were requested since the last call of `forget_refused`.
     pub(crate) fn refused_drafts(&self) -> Vec<String> {
         let Ok(keys) = self.shared.keys.lock() else { return Vec::new() };
         keys.refused.iter().filter_map(|id| drafts::other_draft(id)).collect()
@@ -144,11 +144,11 @@ impl HostTables {
     pub fn number(&self, key: &str) -> u32 {
         self.shared.number(key)
     }
-    /// Returns the key with a number.
+    /// Returns the key with a number, or `None` if the number is unused.
     pub fn key(&self, number: u32) -> Option<String> {
         self.shared.keys.lock().ok()?.keys.get(number as usize).cloned()
     }
-    /// Returns the number of a key, given the host pointer that a plugin has, or `None` if that is null.
+    /// Returns the number of a key, given the host pointer of a plugin, or `None` if the pointer is null.
     ///
     /// # Safety
     /// `host` must be null or a pointer made by [`HostTables`].
@@ -156,12 +156,11 @@ impl HostTables {
         // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
         Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
     }
-    /// Issues a ticket for a wait of a world, by which any thread may deliver its result once.
+    /// Issues a ticket for a wait of a world. With the ticket, any thread can deliver the result of the wait once.
     pub fn ticket(&self, mailbox: &Arc<Mailbox>, wait: u64) -> u64 {
         self.shared.tickets.issue(mailbox, wait)
     }
-    /// Delivers the result for a ticket, given the host pointer that a plugin has. Returns whether the ticket was
-    /// valid.
+    /// Delivers the result for a ticket, given the host pointer of a plugin. Returns whether the ticket was valid.
     ///
     /// # Safety
     /// As for [`number_at`](Self::number_at).
@@ -213,7 +212,7 @@ unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *cons
 unsafe fn cut(table: *const c_void, bytes: u32, id: &CStr) -> *const c_void {
     // SAFETY: the caller guarantees that `table` points to a table that begins with its size.
     let size = unsafe { *table.cast::<u32>() };
-    // Round down, so that the table does not end within a pointer.
+    // Rounding down prevents the table from ending within a pointer.
     let bytes = bytes.min(size) & !7;
     // SAFETY: `bytes` is at most the size of the table, which is never freed.
     let mut copy = unsafe { std::slice::from_raw_parts(table.cast::<u8>(), bytes as usize) }.to_vec();

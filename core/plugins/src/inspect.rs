@@ -1,5 +1,4 @@
-//! The hooks through which a validator of plugins can observe and change calls at the ABI. Ordinary runs have no
-//! inspector.
+//! Hooks by which a validator of plugins can observe and change calls across the ABI. Ordinary runs have no inspector.
 
 use tatu_plugin_api::abi::*;
 
@@ -8,7 +7,7 @@ use crate::{CommandEntry, SensorKind};
 /// Observes calls into plugins. Every method does nothing by default, and is called on the thread of the call.
 pub trait Inspector: Send + Sync {
     /// Runs the function of a command exactly once, with this frame. The arguments conform to the command's
-    /// declaration; they may be moved to other memory during the call.
+    /// declaration, and can be moved to other memory for the duration of the call.
     fn command(
         &self,
         command: &CommandEntry,
@@ -27,8 +26,8 @@ pub trait Inspector: Send + Sync {
     fn beams(&self, kind: &SensorKind, beams: &tatu_beams) {
         let _ = (kind, beams);
     }
-    /// Called before `load` of an instance of this plugin (an index of the registry) gets the given bytes, which `save`
-    /// wrote, and this version.
+    /// Called before the function `load` of an instance is passed these bytes, which `save` wrote, and their version.
+    /// `plugin` is the index of the plugin in the registry.
     fn loads(&self, plugin: usize, bytes: &mut Vec<u8>, version: &mut u32) {
         let _ = (plugin, bytes, version);
     }

@@ -18,17 +18,17 @@ use super::{
 };
 use crate::{HostTables, border::answer};
 
-/// Remarks on plugins that do not prevent loading them.
+/// Remarks on plugins that are loaded nevertheless.
 #[derive(Default)]
 pub struct Remarks {
-    /// Warnings.
+    /// Problems that make a part of a plugin unusable or need attention.
     pub warnings: Vec<Error>,
-    /// Notes that do not call for action.
+    /// Notes that require no action.
     pub notes: Vec<String>,
 }
 
-/// Opens a library and binds all its symbols, so that a missing one is a reason to reject it rather than a crash at its
-/// first call.
+/// Opens a library and binds all its symbols. A missing symbol is thus a reason to reject the library, rather than the
+/// cause of a crash when the symbol is first used.
 fn open_library(file: &Path) -> Result<Library, libloading::Error> {
     #[cfg(unix)]
     {
@@ -56,24 +56,24 @@ const REBUILD: &str = "rebuild it against this release's plugin-api";
 /// A loaded and started plugin. It is never unloaded, because threads and thread-locals of the library may still be
 /// alive.
 pub struct Loaded {
-    /// Its id.
+    /// Id of the plugin, such as `org.example.gripper`.
     pub id: String,
-    /// Its name for display.
+    /// Name of the plugin for display; may be empty.
     pub name: String,
-    /// Its version.
+    /// Version of the plugin; may be empty.
     pub version: String,
-    /// Its licence.
+    /// Licence of the plugin; may be empty.
     pub licence: String,
-    /// Version of the ABI that it was built against.
+    /// Major and minor version of the ABI that the plugin was built against.
     pub abi: (u16, u16),
-    /// The library's file.
+    /// Path of the plugin's library.
     pub path: PathBuf,
     /// The plugin's own pointer, set by its `init` and passed to its functions.
     pub me: *mut c_void,
     raw: tatu_plugin_t,
     /// The host tables that the plugin holds pointers to.
     _host: Arc<HostTables>,
-    /// The watch of the plugin's shutdown.
+    /// The watch that records the call of the plugin's shutdown function.
     watch: Arc<Watch>,
 }
 
@@ -252,7 +252,7 @@ impl Loaded {
                 return Err(unmet);
             }
             let Unmet { what, why, .. } = unmet;
-            remarks.notes.push(format!("the plugin {} can use {what}, {why}; it runs without", path.display()));
+            remarks.notes.push(format!("the plugin {} can use {what}, {why}; it runs without it", path.display()));
         }
         Ok(())
     }
@@ -305,7 +305,7 @@ fn needs_of(raw: &tatu_plugin_t) -> Vec<(CString, u32)> {
 struct Unmet {
     what: String,
     why: String,
-    /// Whether a newer version of the program may meet it.
+    /// Whether a newer version of the program might meet the need.
     newer_host: bool,
 }
 
@@ -318,7 +318,7 @@ impl Unmet {
 fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<Unmet> {
     if need.minor > u32::from(TATU_ABI_MINOR) {
         let what = format!("minor version {} of the ABI", need.minor);
-        let why = format!("this host has {TATU_ABI_MINOR}: it is older than the plugin");
+        let why = format!("but this host has {TATU_ABI_MINOR}: it is older than the plugin");
         return Some(Unmet { what, why, newer_host: true });
     }
     let id = id?;
@@ -331,19 +331,19 @@ fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<Unmet>
     let size = unsafe { *table.cast::<u32>() };
     (need.bytes > size).then(|| Unmet {
         what: format!("{} bytes of `{id}`", need.bytes),
-        why: format!("this host has {size}: it is older than the plugin"),
+        why: format!("but this host has {size}: it is older than the plugin"),
         newer_host: true,
     })
 }
 
 impl Loaded {
-    /// Shuts the plugin down, at most once, and returns the errors. All instances have been destroyed, since worlds
-    /// hold the registry, which holds this.
+    /// Shuts the plugin down, at most once, and returns the errors. All instances have already been destroyed, because
+    /// worlds own the registry, which owns the plugin.
     pub fn end(&mut self) -> Vec<Error> {
         let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
         let home = ProcessState::now();
         // SAFETY: `shutdown` belongs to the library, which is never unloaded, and `self.me` is its own pointer. It is
-        // called only once, since it was taken out of the table.
+        // called only once, because it was removed from the table.
         let run = || unsafe { shutdown(self.me) };
         self.watch.subject(&format!("{} ({})", self.id, self.path.display()));
         let before = self.watch.enter(Call::Shutdown, usize::MAX, 0);

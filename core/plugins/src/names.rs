@@ -9,7 +9,7 @@ use super::{
     texts::{HELP, flaw},
 };
 
-/// Maximum number of names of a command, since its number and the name's share one word.
+/// Maximum number of names of a command, because the numbers of the command and of its name share one word.
 pub(super) const MOST_NAMES: usize = 255;
 
 const SPACE: &str = "give it a separate name space, such as `mine.name`";
@@ -22,7 +22,7 @@ impl Registry {
         command.or_else(|| self.constants.get(name).map(|c| c.plugin))
     }
 
-    /// Returns the names that begin with a prefix, in order.
+    /// Returns the names of commands, then those of constants, that begin with a prefix.
     fn below<'a>(&'a self, prefix: &'a str) -> impl Iterator<Item = &'a str> {
         let names = self.names.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
         let constants = self.constants.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
@@ -59,8 +59,8 @@ impl Registry {
         self.hides(plugin, name).map(|why| (format!("its constant `{name}` {why}"), SPACE))
     }
 
-    /// Returns why a name conflicts with the existing ones: `reg` and `reg.b` cannot both be reached, since `reg` would
-    /// be both a value and a name space.
+    /// Returns why a name conflicts with the existing ones, if it does. For example, `reg` and `reg.b` cannot both
+    /// exist, because `reg` would be both a value and a name space.
     fn hides(&self, plugin: usize, name: &str) -> Option<String> {
         let of = |other: &str| match self.owner(other) {
             Some(owner) if owner != plugin && owner < self.plugins.len() => {
@@ -76,7 +76,7 @@ impl Registry {
         Some(format!("could not be reached: {} is not a name space", of(other)))
     }
 
-    /// Notes, once per name space, that a plugin which does not come with the program adds names to another plugin's
+    /// Reports, once per name space, that a plugin which does not come with the program adds names to another plugin's
     /// name space. This may be intended.
     pub(super) fn tell_foreign_names(&mut self, plugin: usize) {
         if self.is_of_program(plugin) {

@@ -1,6 +1,6 @@
-//! The reading schemas that the project declares: what readers can rely on if a sensor claims one.
+//! The reading schemas that the project declares. Clients can rely on a schema if a sensor claims it.
 //!
-//! The files are in `plugin-api/schemas/`. Plugins may use schemas of their own, which are not checked here.
+//! The files are in `plugin-api/schemas/`. Plugins can use their own schemas, which are not checked here.
 
 use std::sync::LazyLock;
 
@@ -14,32 +14,32 @@ use super::registry::SensorKind;
 pub struct SchemaField {
     /// Schema and field name, separated by a dot.
     pub name: String,
-    /// `TATU_ELEM_*`
+    /// Element type, a `TATU_ELEM_*` constant.
     pub elem: u32,
-    /// Shape, outermost first; 0: determined by the sensor.
+    /// Size of each dimension, outermost first; 0 if the sensor determines it.
     pub shape: Vec<u32>,
-    /// Unit.
+    /// Unit of the values; `None` if they are dimensionless.
     pub unit: Option<String>,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
     /// The value that means "nothing detected".
     pub nothing: String,
-    /// The field that is 0 if nothing is detected, if there is one.
+    /// The field that is 0 where nothing is detected, if there is such a field.
     pub valid: Option<String>,
-    /// Whether sensors may lack the field.
+    /// Whether sensors can omit the field.
     pub optional: bool,
 }
 
-/// A schema.
+/// A schema, which defines the fields of a type of reading.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Schema {
     /// Name and version, separated by a slash.
     pub id: String,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
-    /// The frame of its coordinates.
+    /// The frame in which coordinates are expressed.
     pub frame: String,
-    /// Its fields.
+    /// Fields of the schema.
     pub fields: Vec<SchemaField>,
 }
 
@@ -89,7 +89,7 @@ fn parse(text: &str) -> Option<Schema> {
     })
 }
 
-/// Returns what a sensor lacks of the schemas that it claims, one sentence each.
+/// Returns one message for each difference between a sensor and the schemas that it claims.
 pub(super) fn lacks(kind: &SensorKind) -> Vec<String> {
     let mut out = Vec::new();
     for schema in known().iter().filter(|s| kind.schemas.contains(&s.id)) {

@@ -15,15 +15,15 @@ use tempfile::TempDir;
 /// The origin of a folder on the search path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// `TATU_PLUGIN_PATH`.
+    /// Listed in the environment variable `TATU_PLUGIN_PATH`.
     Environment,
     /// Next to the program: `plugins`, or `../lib/tatu/plugins`.
     Installed,
     /// Next to the program as built by cargo: only packages listed in its manifest are opened there.
     Built,
-    /// Named in a scene.
+    /// Listed in a scene.
     Scene,
-    /// The user's own, where `tatu plugin install` puts them.
+    /// The user's own folder, to which `tatu plugin install` installs plugins.
     User,
 }
 
@@ -42,7 +42,7 @@ pub struct Search {
     pub files: Vec<PathBuf>,
     /// Names of libraries (without prefix and suffix) that may be opened from `Source::Built` folders.
     pub built: Vec<String>,
-    /// If set, libraries are opened as copies in this folder, so that their files can be overwritten while in use.
+    /// If set, libraries are opened as copies in this folder, which allows their files to be overwritten while in use.
     pub copies: Option<Arc<Copies>>,
     /// The only file that is opened, whatever its name and folder; used to test a single plugin.
     pub only: Option<PathBuf>,
@@ -58,7 +58,7 @@ pub struct Copies {
 }
 
 impl Copies {
-    /// Creates a folder.
+    /// Creates an empty temporary folder.
     pub fn new() -> Result<Self> {
         let folder = TempDir::with_prefix("tatu-").map_err(|e| {
             let text = format!("cannot create a folder for copies of plugins: {e}");
@@ -66,8 +66,8 @@ impl Copies {
         })?;
         Ok(Copies { folder, made: AtomicUsize::new(0) })
     }
-    /// Copies a file to a unique name, because for a second library with the same name the loader would return the
-    /// first one.
+    /// Copies a file to a unique name. The name must be unique because the loader would return the first library again
+    /// for a second one with the same name.
     pub fn copy(&self, file: &Path) -> std::io::Result<PathBuf> {
         let number = self.made.fetch_add(1, Ordering::Relaxed);
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -97,19 +97,20 @@ impl Search {
         Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), models, ..Search::default() }
     }
 
-    /// Adds a folder that a scene names, before the user's own folder.
+    /// Adds a folder that a scene lists, before the user's own folder.
     pub fn add_scene_folder(&mut self, folder: PathBuf) {
         let at = self.folders.iter().position(|(_, s)| *s == Source::User).unwrap_or(self.folders.len());
         self.folders.insert(at, (folder, Source::Scene));
     }
 
-    /// Adds the user's own folder, which is searched last, so that it cannot hide plugins in other folders.
+    /// Adds the user's own folder. It is searched last, so its plugins cannot hide those in other folders.
     pub fn add_user_folder(&mut self, folder: PathBuf) {
         self.folders.push((folder, Source::User));
     }
 
-    /// Returns whether a file comes with the program; in case of a conflict, other plugins are reported. If the
-    /// program's plugins are unknown, all plugins except those of a scene count as such.
+    /// Returns whether a file comes with the program. In case of a conflict, other plugins are reported. If the
+    /// program's plugins are unknown, all plugins are considered to come with it, except those in folders of a scene or
+    /// the user.
     pub fn is_of_program(&self, file: &Path) -> bool {
         let known = || file.file_name().and_then(|n| n.to_str()).and_then(stem).is_some_and(|s| self.is_built(s));
         !self.is_of_scene(file) && !self.lies_in(file, Source::User) && (self.built.is_empty() || known())
@@ -120,7 +121,7 @@ impl Search {
         self.lies_in(file, Source::User)
     }
 
-    /// Returns whether a file is in a folder named in a scene.
+    /// Returns whether a file is in a folder that a scene lists.
     pub fn is_of_scene(&self, file: &Path) -> bool {
         self.lies_in(file, Source::Scene)
     }
@@ -133,7 +134,7 @@ impl Search {
         self.built.iter().any(|b| b == stem)
     }
 
-    /// Returns the libraries in folders given explicitly for plugins whose names are not those of plugins.
+    /// Returns the libraries in explicitly specified plugin folders whose file names are not valid for plugins.
     pub fn misnamed(&self) -> Vec<PathBuf> {
         let is_named =
             |s: &Source| self.only.is_none() && matches!(s, Source::Environment | Source::Scene | Source::User);
@@ -148,8 +149,8 @@ impl Search {
         files
     }
 
-    /// Returns the files that may be plugins: explicitly named ones first, then those in the folders in search order,
-    /// sorted by name.
+    /// Returns the files that may be plugins: first those specified individually, then those in the folders in search
+    /// order, sorted by name within each folder.
     pub fn candidates(&self) -> Vec<PathBuf> {
         if let Some(only) = &self.only {
             return vec![only.clone()];

@@ -5,7 +5,7 @@ use parking_lot::{ReentrantMutex, ReentrantMutexGuard};
 static TURN: ReentrantMutex<()> = ReentrantMutex::new(());
 
 /// Waits until no other thread starts or ends plugins or instances, as `[setup]` in the header guarantees. The lock is
-/// reentrant, because a plugin may cause instances to be created while one of its own is being created.
+/// reentrant, because a plugin can cause instances to be created while one of its own instances is being created.
 pub fn setup_turn() -> ReentrantMutexGuard<'static, ()> {
     TURN.lock()
 }

@@ -5,18 +5,18 @@ use std::{
     ops::{Deref, DerefMut},
 };
 
-/// The guard word around memory that plugins write to; it is unlikely to occur as a number, a pointer or a text.
+/// The guard word around memory that plugins write to; it is unlikely to occur as a number, a pointer or a string.
 pub const GUARD: u64 = 0x5EED_A11A_D0E5_7A7C;
 /// Number of guard words on each side: enough to catch small overruns.
 pub const GUARD_WORDS: usize = 8;
 
-/// The state block of an instance, initially zero, at a stable address. As a slice it consists of its words without the
+/// The state block of an instance, initially zero, at a stable address. As a slice, it contains the words between the
 /// guards.
 #[derive(Debug)]
 pub struct StateBlock(Vec<u64>);
 
 impl StateBlock {
-    /// Creates a block of this size.
+    /// Creates a block of at least this size, in bytes.
     pub fn new(bytes: u32) -> Self {
         let n = (bytes as usize).div_ceil(8);
         let mut block = StateBlock(vec![0; n + 2 * GUARD_WORDS]);
@@ -33,13 +33,13 @@ impl StateBlock {
         self.0.as_ptr().wrapping_add(GUARD_WORDS).cast_mut().cast()
     }
 
-    /// Returns whether the nearest guard word on each side is intact. Checked after each call.
+    /// Returns whether the nearest guard word on each side is intact, which is checked after each call.
     #[inline]
     pub fn is_whole(&self) -> bool {
         self.0[GUARD_WORDS - 1] == GUARD && self.0[self.0.len() - GUARD_WORDS] == GUARD
     }
 
-    /// Restores the guards, once an overrun has been reported.
+    /// Restores the guards after an overrun has been reported.
     pub fn mend(&mut self) {
         let end = self.0.len() - GUARD_WORDS;
         self.0[..GUARD_WORDS].fill(GUARD);
@@ -62,7 +62,7 @@ impl DerefMut for StateBlock {
     }
 }
 
-/// The message about a plugin that wrote outside a state block.
+/// The error message for a plugin that wrote outside a state block.
 pub const PAST_STATE: &str =
     "broke the contract: it wrote past the end of its state block (`tatu_life.state_bytes`), or before its beginning";
 

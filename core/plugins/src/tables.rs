@@ -1,4 +1,4 @@
-//! Reading tables filled by another party: missing fields are zero.
+//! Reading of tables that plugins have filled, with zeros for missing fields.
 
 use std::ffi::{CStr, c_char};
 
@@ -53,7 +53,7 @@ table!(
     tatu_beams
 );
 
-/// Copies a foreign table into a full-size one; fields that it does not have are zero.
+/// Copies a plugin's table into a full-size one, with zeros for fields that the plugin's table does not contain.
 ///
 /// # Safety
 /// `from` must be null or point to a table of as many bytes as its `size` states.
@@ -74,7 +74,7 @@ pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
     }
 }
 
-/// A required pointer or function of a table: name, whether it is set, and where it ends.
+/// A required pointer or function of a table: its name, whether it is set, and the offset of its end in bytes.
 pub type Required = (&'static str, bool, usize);
 
 /// Lists the fields of a copied table that must not be null.
@@ -97,9 +97,9 @@ pub fn is_zero<T: Copy>(field: &T) -> bool {
 }
 
 /// The hint for a missing field.
-pub const HELP: &str = "set `size` to sizeof, and fill what is required";
+pub const HELP: &str = "set `size` to the sizeof of the type, and set all required fields";
 
-/// Describes the first required field that is missing, if any; `size` is the size that the table states.
+/// Describes the first required field that is not set, if any; `size` is the size that the table states.
 pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
     let (name, _, end) = required.iter().find(|(_, there, _)| !there)?;
     Some(match (size as usize) < *end {
@@ -140,7 +140,7 @@ pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
     out
 }
 
-/// Copies a NUL-terminated text, with control characters escaped for display.
+/// Copies a NUL-terminated string, with control characters escaped for display.
 ///
 /// # Safety
 /// `s` must be null or NUL-terminated.

@@ -1,11 +1,11 @@
-//! Texts of plugins, prepared for display: control characters are escaped, long texts truncated.
+//! Preparation of plugins' texts for display: control characters are escaped, and long texts are truncated.
 
 use std::{borrow::Cow, fmt::Write};
 
 /// Maximum size of one part of an error text, bytes.
 pub const MOST_BYTES: usize = 16 << 10;
 
-/// Space for text that the host adds to a truncated text, so that it is not truncated again.
+/// Number of bytes that the host can add to a truncated text without causing it to be truncated again.
 const SLACK: usize = 1 << 10;
 
 /// Returns whether a character controls a terminal, or reorders the text after it.
@@ -80,13 +80,13 @@ pub fn label(bytes: &[u8]) -> String {
 /// The hint for an invalid name.
 pub(super) const HELP: &str = "use letters, digits, `_` and dots: `mine.name`";
 
-/// Returns why a name is invalid, or `None` if it is valid. The name must come from [`label`], in which a backslash
-/// marks what cannot be displayed.
+/// Returns why a name is invalid, or `None` if it is valid. The name must be a result of [`label`], which marks
+/// characters that cannot be displayed with a backslash.
 pub(super) fn flaw(name: &str) -> Option<&'static str> {
     match name {
         "" => Some("is empty"),
-        _ if name.contains('\\') => Some("holds control characters, backslashes or bytes that are not UTF-8"),
-        _ if name.contains(char::is_whitespace) => Some("holds a space"),
+        _ if name.contains('\\') => Some("contains control characters, backslashes or bytes that are not UTF-8"),
+        _ if name.contains(char::is_whitespace) => Some("contains a space"),
         _ => None,
     }
 }

@@ -1,6 +1,6 @@
 //! Use of plugin instances on threads other than the one that created them.
 
-/// A value through which plugin instances are called, passed to another thread.
+/// A value, passed to another thread, through which that thread calls plugin instances.
 ///
 /// Instances are plain pointers, and no Rust type expresses on which threads their plugin may be called: the plugin
 /// declares it. Only this type carries instances to other threads.

@@ -13,7 +13,7 @@ pub const MOST_BYTES: usize = 1 << 28;
 pub struct Mailbox(Mutex<Vec<(u64, Vec<u8>)>>);
 
 impl Mailbox {
-    /// Takes all results that have arrived, in order of arrival, each with the number of its wait.
+    /// Removes and returns all results that have arrived, in order of arrival, each with the number of its wait.
     pub fn take(&self) -> Vec<(u64, Vec<u8>)> {
         std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }

@@ -1,4 +1,4 @@
-//! Units in scene files: keys carry their unit; internally, all values are in SI units and radians.
+//! Units in scene files, whose keys include the unit. Internally, all values are in SI units and radians.
 
 /// Returns the suffixes by which the keys of scene files express a unit, with factors to SI. The first one is suggested
 /// in messages.
@@ -31,7 +31,7 @@ pub fn suffixes(unit: &str) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// Units that keys can carry; keys without unit or with the unit "1" have no suffix.
+/// Units that keys can include. Keys without a unit or with the unit "1" have no suffix.
 pub const KNOWN: &[&str] = &[
     "m",
     "rad",
@@ -63,18 +63,19 @@ pub fn is_known(unit: &str) -> bool {
     unit.is_empty() || KNOWN.contains(&unit)
 }
 
-/// Returns the key to suggest for a parameter.
+/// Returns the key of a parameter with the suffix of its unit, as messages suggest it.
 pub fn written(key: &str, unit: Option<&str>) -> String {
     format!("{key}{}", suffixes(unit.unwrap_or("")).first().map_or("", |s| s.0))
 }
 
-/// Returns the factor to SI if a written key means the parameter.
+/// Returns the factor to SI units if a key in a file refers to the parameter `key`.
 pub fn factor(written: &str, key: &str, unit: Option<&str>) -> Option<f64> {
     let rest = written.strip_prefix(key)?;
     suffixes(unit.unwrap_or("")).iter().find(|(s, _)| *s == rest).map(|(_, f)| *f)
 }
 
-/// Returns whether a written key is the parameter with a wrong unit (`range_cm`), or without the unit that it needs.
+/// Returns whether a key in a file is that of the parameter with a wrong unit, such as `range_cm`, or without the
+/// required unit.
 pub fn wrong_unit(written: &str, key: &str, unit: Option<&str>) -> bool {
     const KNOWN: &[&str] = &[
         "", "_m", "_cm", "_mm", "_km", "_in", "_ft", "_deg", "_rad", "_s", "_ms", "_us", "_kg", "_g", "_hz", "_khz",

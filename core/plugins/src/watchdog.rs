@@ -1,10 +1,9 @@
-//! The watchdog: records which plugin call is running, so that another thread can detect one that never returns.
+//! The watchdog: records which plugin call is running, which allows another thread to detect a call that never returns.
 //!
 //! The running thread records each call with two relaxed stores of one word, one on entry and one on return. A
-//! [watchdog](Watches::guard) reads the words from time to time; if one stays the same for longer than the limit, it
-//! names the call. Real time can end a run, but never affects what happens in it.
-//!
-//! Each thread knows the watch whose call it runs ([`here`]), so that a crash on it can be attributed to that call.
+//! [watchdog](Watches::guard) reads the words from time to time; if one does not change for longer than the limit, the
+//! watchdog reports the call. Real time can end a run, but never affects what happens in it. Each thread stores the
+//! watch whose call it runs ([`here`]), by which a crash on the thread is attributed to that call.
 
 use std::{
     cell::Cell,
@@ -25,7 +24,7 @@ use crate::border::ErrorSlot;
 
 macro_rules! calls {
     ($($(#[$doc:meta])* $name:ident = $text:literal),* $(,)?) => {
-        /// A function of a plugin.
+        /// A function of a plugin that the host calls.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[repr(u8)]
         #[allow(missing_docs, reason = "the names are those of the header")]
@@ -103,12 +102,12 @@ thread_local! {
 }
 
 /// Returns the watch whose plugin call runs on this thread, or null if there is none. Signal handlers may call this.
-/// Only [`Watches::running`] may use the pointer, since the watch may no longer exist.
+/// Only [`Watches::running`] may use the pointer, because the watch may no longer exist.
 pub fn here() -> *const Watch {
     HERE.get()
 }
 
-/// A function that returns the current position of a script, and its argument, as addresses.
+/// A function that reports the current position of a script, and its argument, as addresses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScriptPlace(usize, usize);
 
@@ -150,13 +149,14 @@ pub struct Watch {
     now: AtomicU64,
     /// Number of instances if the call is for a batch; the record names the first one.
     batch: AtomicU32,
-    /// Number of the running command, from 1; 0: none.
+    /// Number of the running command, from 1; 0 if there is none.
     command: AtomicU32,
-    /// Position of the innermost script: the function `tatu_language.place` and its data, as addresses; 0: no script.
+    /// Source of the innermost script's position: the function `tatu_language.place` and its data, as addresses; 0 if
+    /// there is no script.
     script: [AtomicUsize; 2],
     /// Names of objects, by slot.
     names: Arc<Mutex<BTreeMap<u32, String>>>,
-    /// Name of the file or model being loaded or built, which has no index yet, or of the service that has its turn.
+    /// Name of the file or model being loaded or built, which has no index yet, or of the service being called.
     subject: Mutex<String>,
 }
 
@@ -179,7 +179,7 @@ impl Watch {
     pub fn call_number(&self) -> usize {
         (self.now.load(Relaxed) >> (OBJECT + PLUGIN)) as usize & (Call::ALL.len() - 1)
     }
-    /// Returns the index of the call's plugin.
+    /// Returns the index, in the registry, of the plugin that is called.
     pub fn plugin(&self) -> usize {
         (self.now.load(Relaxed) >> OBJECT) as usize & ((1 << PLUGIN) - 1)
     }
@@ -222,7 +222,7 @@ impl Watch {
         self.script[1].store(place.1, Relaxed);
         before
     }
-    /// Marks the running call as active: it waits for an external event, but checks whether the run is to end.
+    /// Marks the running call as active, because it waits for an external event but checks whether the run must end.
     pub fn waits(&self) {
         let now = self.now.load(Relaxed);
         self.note(now, now);
@@ -245,7 +245,8 @@ impl Watch {
         }
         self.names.lock().ok()?.get(&slot).cloned()
     }
-    /// Sets the name of the file or model that is being loaded or built, or of the service that has its turn.
+    /// Sets the name of the file or model that is being loaded or built, or of the service that is being called.
+    /// Returns the previous name.
     pub fn subject(&self, name: &str) -> String {
         self.subject.lock().map(|mut subject| std::mem::replace(&mut *subject, name.to_owned())).unwrap_or_default()
     }
@@ -260,7 +261,7 @@ pub struct Stuck {
     pub object: Option<String>,
     /// Number of further instances that the call is for.
     pub others: u32,
-    /// The function's name.
+    /// Name of the function in the header.
     pub call: &'static str,
     /// First name of the command, if the function is a command.
     pub command: Option<String>,
@@ -294,8 +295,8 @@ pub struct Watches(Arc<Inner>);
 
 #[derive(Default)]
 struct Inner {
-    /// Shared ownership, because an exception thrown by a plugin may destroy the world before it ends the program, and
-    /// the record of the call must still exist then.
+    /// Shared ownership, because an exception thrown by a plugin can destroy the world before the program ends, when
+    /// the record of the call must still exist.
     all: Mutex<Vec<Arc<Watch>>>,
     /// Ids of plugins, by index.
     plugins: Mutex<Vec<String>>,
@@ -304,7 +305,7 @@ struct Inner {
 }
 
 impl Watches {
-    /// Adds a watch.
+    /// Creates a watch for the calls of one thread, and adds it to the list.
     pub fn watch(&self) -> Arc<Watch> {
         self.add(Watch::default())
     }

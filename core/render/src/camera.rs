@@ -5,11 +5,11 @@ use nalgebra::{Point3, Unit, Vector3};
 /// A perspective camera. The z axis of the world points up in the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Position, in metres.
+    /// Position of the eye in the world frame, in metres.
     pub from: Point3<f64>,
-    /// Point in the centre of the picture, in metres; must differ from `from`.
+    /// Point in the centre of the picture, in the world frame, in metres; must differ from `from`.
     pub to: Point3<f64>,
-    /// Angle between the left and the right edge, in radians; more than 0, less than pi.
+    /// Horizontal field of view, in radians; above 0 and below pi.
     pub fov: f64,
     /// Number of pixels per row.
     pub columns: u32,
@@ -22,8 +22,9 @@ pub struct Camera {
 pub(super) struct Lens {
     pub eye: Point3<f64>,
     ahead: Vector3<f64>,
-    /// Step to the next pixel in a row, at distance 1; `down` is that to the next row below.
+    /// Offset from a pixel to its right neighbour, on the image plane at distance 1.
     pub across: Vector3<f64>,
+    /// Offset from a pixel to the one below, on the same plane.
     pub down: Vector3<f64>,
     middle: [f64; 2],
 }
@@ -51,7 +52,8 @@ impl Camera {
 }
 
 impl Lens {
-    /// Returns the direction of a position in the picture, given in pixels from the upper left corner.
+    /// Returns the direction, in the world frame, of the ray through a position in the picture, given in pixels from
+    /// the upper left corner.
     pub fn direction(&self, x: f64, y: f64) -> Unit<Vector3<f64>> {
         let [mx, my] = self.middle;
         Unit::new_normalize(self.ahead + self.across * (x - mx) + self.down * (y - my))
@@ -69,7 +71,7 @@ mod tests {
         let lens = camera.lens();
         assert!((*lens.direction(100.0, 50.0) - Vector3::x()).norm() < 1e-12);
         let left = lens.direction(0.0, 50.0);
-        // The left edge is half the angle to the left, which is +y if the camera looks along +x.
+        // The left edge is half the field of view to the left, which is +y if the camera looks along +x.
         assert!((left.y.atan2(left.x) - 0.5).abs() < 1e-12 && left.z.abs() < 1e-12);
         assert!(lens.direction(100.0, 0.0).z > 0.2);
         let above = Camera { to: Point3::new(0.0, 0.0, -1.0), ..camera }.lens();

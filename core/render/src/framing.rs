@@ -1,4 +1,4 @@
-//! Default cameras.
+//! Choice of a camera for a picture: cameras of the scene, and default cameras.
 
 use ::tatu_beams::bounds;
 use nalgebra::{Point3, Vector3};
@@ -7,19 +7,20 @@ use tatu_scene::{Data, Scene, visible_parts};
 
 use super::Camera;
 
-/// Direction from the target to the camera, for a scene without a camera: the camera is behind, to the right and above,
-/// if the front is +x. Not normalized.
+/// Direction from the target to the default camera of a scene, not normalised: behind, to the right and above, if the
+/// front is +x.
 const FROM: [f64; 3] = [-0.55, -0.65, 0.5];
-/// The same for a model alone: the camera is ahead, to the right and above.
+/// Direction from the target to the default camera of a single model, not normalised: ahead, to the right and above.
 const FROM_AHEAD: [f64; 3] = [0.62, -0.6, 0.42];
-/// A part belongs to the model if its distance from the other parts is below this share of their extent.
+/// A part belongs to the model if its distance from the other parts is below this fraction of their extent.
 const GAP: f64 = 0.4;
 /// Factor of the camera distance that leaves a margin around the visible shapes.
 const ROOM: f64 = 1.05;
 /// Assumed size of a scene without visible shapes, in metres.
 const NOTHING: f64 = 1.0;
 
-/// Returns the first camera of the scene and its path. `fov`, in radians, overrides its own angle.
+/// Returns the first camera of the scene and its path, or `None` if the scene has no camera. `fov`, in radians,
+/// overrides the camera's angle.
 pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) -> Option<(Camera, String)> {
     world.look_at(|scene, _| {
         let slot = scene.slots().find_map(|(slot, o)| matches!(o.data, Data::Camera(_)).then_some(slot))?;
@@ -27,7 +28,7 @@ pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) 
     })
 }
 
-/// Returns a camera of the scene, given by path or unique name. `fov`, in radians, overrides its own angle.
+/// Returns the camera of the scene with a path or unique name. `fov`, in radians, overrides the camera's angle.
 pub fn camera_at(world: &World, path: &str, fov: Option<f64>, size: [u32; 2]) -> Option<Camera> {
     world.look_at(|scene, _| seen_by(scene, scene.find(0, path)?, fov, size))
 }
@@ -36,7 +37,7 @@ fn seen_by(scene: &Scene, slot: u32, fov: Option<f64>, [columns, rows]: [u32; 2]
     let Data::Camera(camera) = &scene.get(slot)?.data else { return None };
     let pose = scene.world(slot);
     let from = Point3::from(pose.translation.vector);
-    // The angle of a camera is that of the longer side.
+    // The angle of a camera spans the longer side of the picture.
     let own = match rows > columns {
         false => camera.angle,
         true => 2.0 * libm::atan(libm::tan(camera.angle / 2.0) * f64::from(columns) / f64::from(rows)),
@@ -50,8 +51,8 @@ pub fn framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
     showing(all, Vector3::from(FROM), fov, size)
 }
 
-/// Returns a camera that shows a model alone, from ahead: all parts that are close to its first visible shape or to
-/// each other, without distant markers such as waypoints.
+/// Returns a camera in front of a single model. It shows all parts that are close to the first visible shape or to each
+/// other, and leaves out distant markers such as waypoints.
 pub fn model_framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
     let mut left = visible(world);
     let mut all = (!left.is_empty()).then(|| left.remove(0));
@@ -65,14 +66,14 @@ pub fn model_framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
     showing(all, Vector3::from(FROM_AHEAD), fov, size)
 }
 
-/// The least and the greatest coordinates of a shape in the world frame, m.
+/// A bounding box in the world frame: the least and the greatest coordinates, in metres.
 type Bounds = [Vector3<f64>; 2];
 
 fn around([low, high]: Bounds, [a, b]: Bounds) -> Bounds {
     [low.inf(&a), high.sup(&b)]
 }
 
-/// Returns the bounds of each part of the visible shapes, except planes.
+/// Returns the bounding box of each part of the visible shapes, except planes.
 fn visible(world: &World) -> Vec<Bounds> {
     world.look_at(|scene, _| {
         let shapes = scene.slots().filter_map(|(slot, o)| Some((slot, o.shape().filter(|_| o.is_visible())?)));
@@ -83,7 +84,7 @@ fn visible(world: &World) -> Vec<Bounds> {
     })
 }
 
-/// Returns a camera that looks at bounds from a direction.
+/// Returns a camera that looks at a bounding box from the direction `from`.
 fn showing(all: Option<Bounds>, from: Vector3<f64>, fov: f64, [columns, rows]: [u32; 2]) -> Camera {
     let [low, high] = all.unwrap_or([Vector3::repeat(-NOTHING / 2.0), Vector3::repeat(NOTHING / 2.0)]);
     let middle = Point3::from((low + high) / 2.0);

@@ -1,15 +1,15 @@
 //! Pictures of a world for human viewers, ray traced on the CPU without a display.
 //!
 //! - [`Camera`]: position, direction, field of view and resolution;
-//! - `framing`: default cameras: the first camera of the scene, or one that shows all visible shapes;
-//! - `stage`: the contents of a picture: visible forms with their colours, drawings, curves, the floor;
+//! - `framing`: default cameras, which are the first camera of the scene or one that shows all visible shapes;
+//! - `stage`: the contents of a picture, that is visible forms with their colours, drawings, curves and the floor;
 //! - `marks`: drawings and curves of graphs as small solids;
 //! - `light`: the lamp, the sky, the grid on the floor, and the shading of surfaces;
 //! - `render`: the pixels, with shadows and antialiased edges.
 //!
 //! A picture depends only on the world and the camera, not on the number of threads.
 
-#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values in tests do not affect results"))]
 
 mod camera;
 mod framing;

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Unit, Vector3};
 /// Direction to the lamp, which is infinitely far away; not normalized.
 pub const TO_LAMP: [f64; 3] = [0.3, -0.6, 1.0];
 
-/// Linear red, green and blue.
+/// A colour in linear red, green and blue, as opposed to gamma-encoded values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Color(pub Vector3<f64>);
 
@@ -14,7 +14,7 @@ const LAMP: [f64; 3] = [0.80, 0.77, 0.71];
 /// Ambient light from above and from below on an unoccluded surface.
 const ABOVE: [f64; 3] = [0.40, 0.43, 0.48];
 const UNDER: [f64; 3] = [0.30, 0.29, 0.28];
-/// Light from the eye on a surface that faces it, which gives contrast to surfaces in shadow.
+/// Light from the camera on a surface that faces it, which gives contrast to surfaces in shadow.
 const FRONT: f64 = 0.10;
 /// Colours of the sky at the zenith and at the horizon.
 const ZENITH: [f64; 3] = [0.30, 0.47, 0.72];
@@ -26,7 +26,7 @@ impl Color {
     /// Colour of the floor rendered for a scene without one.
     pub const FLOOR: Color = Color(Vector3::new(0.42, 0.42, 0.42));
 
-    /// Converts a colour of a scene, which is gamma-encoded, each channel 0 to 1.
+    /// Converts a gamma-encoded colour of the scene, with channels from 0 to 1, to a linear colour.
     pub fn of(screen: [f64; 3]) -> Self {
         let linear = |x: f64| libm::pow(x.clamp(0.0, 1.0), 2.2);
         Color(Vector3::from(screen.map(linear)))
@@ -61,7 +61,7 @@ pub(super) struct Lit {
     pub normal: Vector3<f64>,
     /// Unit vector from the surface to the eye.
     pub to_eye: Vector3<f64>,
-    /// Whether the lamp reaches the point.
+    /// Whether the lamp illuminates the point.
     pub lamp: bool,
     /// Unoccluded share of the sky, 0 to 1.
     pub open: f64,
@@ -108,7 +108,7 @@ pub(super) fn grid(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
             let reach = reach.max(1e-6);
             let covered = (off + reach / 2.0).min(width / 2.0) - (off - reach / 2.0).max(-width / 2.0);
             let share = (covered / reach).max(0.0);
-            // Lines narrower than a pixel are rendered wider and fainter, so that they do not break up, and fade out
+            // Lines narrower than a pixel are rendered wider and fainter to keep them continuous, and they fade out
             // where they get too close together.
             let seen =
                 if width < reach { (1.0 - (off.abs() / reach)).max(0.0) * (width / reach).sqrt() } else { share };

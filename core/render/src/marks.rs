@@ -1,4 +1,4 @@
-//! Drawings, and curves of graphs in space, as small solids: lines become rods, points become spheres.
+//! Conversion of drawings, and of graph curves in space, to small solids: lines become capsules, points become spheres.
 
 use std::sync::Arc;
 
@@ -69,7 +69,7 @@ impl Pen<'_> {
         }
     }
 
-    /// Returns the radius, in metres, of a mark at a point that is `pixels` wide.
+    /// Returns the radius, in metres, at which a mark at a point appears `pixels` wide.
     fn radius(&self, pixels: f64, at: &Point3<f64>) -> f64 {
         (pixels.max(1.0) / 2.0 * self.camera.pixel() * (at - self.camera.from).norm()).max(1e-6)
     }

@@ -40,16 +40,16 @@ const BLOCK: u32 = 4;
 const ENOUGH: f64 = 13.0;
 /// Maximum distance of objects that occlude the sky, in metres.
 const SKY_REACH: f64 = 0.7;
-/// Samples along each side of an antialiased pixel.
+/// Number of samples along each side of an antialiased pixel.
 const FINE: u32 = 4;
 
-/// Renders in rayon's current pool, band after band, so that intermediate data does not grow with the height of the
-/// picture.
+/// Renders a picture in rayon's current pool. Rendering in bands keeps the size of intermediate data independent of the
+/// height of the picture.
 pub(super) fn render(stage: &Stage, camera: &Camera) -> Picture {
     in_bands(stage, camera, BAND)
 }
 
-/// Rows of a band.
+/// Number of rows in a band.
 const BAND: u32 = 256;
 
 fn in_bands(stage: &Stage, camera: &Camera, height: u32) -> Picture {
@@ -58,7 +58,7 @@ fn in_bands(stage: &Stage, camera: &Camera, height: u32) -> Picture {
     let mut rgb = Vec::with_capacity(columns as usize * rows as usize * 3);
     for first in (0..rows).step_by(height as usize) {
         let band = |more: u32| first.saturating_sub(more)..(first + height + more).min(rows);
-        // A pixel compares its neighbours, and each estimate of the sky uses a block around its pixel.
+        // Each pixel is compared with its neighbours, and each estimate of the sky uses the block around its pixel.
         let samples = Rows::of(columns, band(BLOCK), |x, y| view.sample(x, y));
         let open = Rows::of(columns, band(1), |x, y| view.open(&samples, x, y));
         let colors = Rows::of(columns, band(0), |x, y| view.pixel(&samples, &open, x, y).bytes());
@@ -106,7 +106,8 @@ impl View<'_> {
         is_solid(seen) && seen.normal.dot(&lamp) > 0.0 && !self.stage.blocked(&lifted(seen), &lamp, f64::INFINITY)
     }
 
-    /// Returns the share of the sky over a surface that nearby objects do not occlude.
+    /// Returns the share of the sky over a surface point that nearby objects do not occlude. `turn`, 0 to 15, selects
+    /// the set of directions that are sampled.
     fn sky_share(&self, seen: &Seen, turn: u32) -> f64 {
         let (n, from) = (seen.normal, lifted(seen));
         let side = if n.z.abs() < 0.7 { Vector3::z() } else { Vector3::x() };
@@ -139,7 +140,7 @@ impl View<'_> {
             }
         }
         if count < ENOUGH {
-            // Too few similar pixels, as at an edge: this pixel samples all directions itself.
+            // If too few pixels are similar, as at an edge, this pixel samples all directions itself.
             let all = BLOCK * BLOCK;
             return (0..all).map(|turn| self.sky_share(here, turn)).sum::<f64>() / f64::from(all);
         }
@@ -173,7 +174,7 @@ impl View<'_> {
             } else {
                 1.0
             };
-            // Clamped, so that a very bright sample does not dominate an edge.
+            // Clamping prevents a very bright sample from dominating an edge.
             let c = self.shade(&seen, self.lamp_reaches(&seen), open, at, 1.0 / f64::from(FINE));
             sum += c.0.map(|v| v.min(1.0));
         }

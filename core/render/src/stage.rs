@@ -16,7 +16,7 @@ pub(super) struct Stage {
     colors: Vec<Color>,
     /// Whether each solid is a plane.
     planes: Vec<bool>,
-    /// Height at which the floor is drawn; `None` if the scene has a plane or no floor is wanted.
+    /// Height of the rendered floor, in metres; `None` if the scene has a plane or no floor was requested.
     floor: Option<f64>,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Seen {
     pub what: What,
     pub distance: f64,
     pub point: Point3<f64>,
-    /// Unit vector on the side of the eye.
+    /// Unit normal of the surface, on the side that faces the eye.
     pub normal: Vector3<f64>,
 }
 
@@ -34,17 +34,17 @@ pub(super) struct Seen {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum What {
     Sky,
-    /// The floor drawn for a scene without one.
+    /// The floor rendered for a scene without one.
     Floor,
-    /// A solid, by index, and the primitive that was hit.
+    /// A solid, by index, and the index of the primitive that was hit.
     Solid(u32, u32),
     Mark(u32),
 }
 
 /// Maximum viewing distance, in metres.
 const FAR: f64 = 1e4;
-/// Distance, in metres, of the drawn floor below z = 0 or below the lowest form, so that it does not coincide with
-/// floors made of boxes.
+/// Distance, in metres, by which the rendered floor is below z = 0 and the lowest form. It keeps the floor from
+/// coinciding with floors built from boxes.
 const BELOW: f64 = 1e-4;
 
 impl Stage {

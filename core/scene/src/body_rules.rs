@@ -5,7 +5,7 @@ use tatu_physics::Motion;
 use super::{Data, Scene};
 
 /// Returns how a shape's body moves, or `None` if it needs no body. A shape that only carries joints of dynamic shapes
-/// needs one, so that the joints can be attached to it.
+/// needs a body to which the joints are attached.
 pub(super) fn motion_of(scene: &Scene, slot: u32) -> Option<Motion> {
     let shape = scene.get(slot)?.shape()?;
     match shape.dynamic {

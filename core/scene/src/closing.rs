@@ -1,6 +1,6 @@
 //! Detection of loops that linked dummies cannot close. A link constrains all six degrees of freedom, so the joints
-//! between two dummies must be able to bring them together in position and orientation; otherwise the engine pulls at
-//! the remaining gap for ever.
+//! between two dummies must be able to bring them together in position and orientation. Otherwise, the engine applies
+//! forces to the remaining gap for ever.
 
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3, Vector6};
 use tatu_physics::Motion;
@@ -13,12 +13,12 @@ use super::{
 
 /// Maximum gap of a closed loop, m and rad.
 const CLOSED: (f64, f64) = (1e-3, 1e-2);
-/// Number of initial joint positions for the search, and number of iterations from each.
+/// Number of starting points of the search, each a set of joint positions, and number of iterations from each.
 const STARTS: usize = 8;
 const STEPS: usize = 60;
 
-/// A degree of freedom: its axis in the world frame at the joint's current position, and how far it can move from
-/// there.
+/// A degree of freedom of a joint: its axis in the world frame, and its range of motion relative to the joint's current
+/// position.
 struct Freedom {
     origin: Vector3<f64>,
     axis: Vector3<f64>,
@@ -34,7 +34,8 @@ struct Chain {
     end: Isometry3<f64>,
 }
 
-/// Returns the ties above a dummy, topmost first, and the topmost shape if it is dynamic.
+/// Returns the joints and force sensors above a dummy that connect shapes, topmost first, and the topmost shape if it
+/// is dynamic.
 fn ties(scene: &Scene, dummy: u32) -> Option<(Vec<u32>, Option<u32>)> {
     let mut shape = scene.get(dummy)?.parent;
     while motion_of(scene, shape).is_none() {
@@ -71,7 +72,8 @@ fn freedoms(scene: &Scene, tie: u32) -> Vec<Freedom> {
 }
 
 impl Chain {
-    /// Returns the pose of the end, and its Jacobian: velocity and angular velocity per degree of freedom.
+    /// Returns the pose of the end at the joint displacements `q`, and its Jacobian: the linear and angular velocity
+    /// per unit velocity of each degree of freedom.
     fn at(&self, q: &[f64]) -> (Isometry3<f64>, Vec<Vector6<f64>>) {
         let (mut moved, mut axes) = (Isometry3::identity(), Vec::new());
         for (f, q) in self.freedoms.iter().zip(q) {
@@ -122,7 +124,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
     };
     let mut best: Option<(f64, Gap)> = None;
     for start in 0..STARTS {
-        // The search starts from the current positions, then from positions spread over a turn or the reach of the
+        // The search starts from the current positions, then from positions spread over a full turn or the reach of the
         // loop.
         let spread = |i: usize| ((start * (2 * i + 3)) % STARTS) as f64 / STARTS as f64 - 0.5;
         let from = |(i, f): (usize, &&Freedom)| match start {
@@ -150,7 +152,8 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
             }
         }
         let size = rest.norm_squared();
-        // Among gaps of nearly equal size, the first is preferred: it is closest to the current joint positions.
+        // Among gaps of nearly equal size, the first is preferred, because its search started closest to the current
+        // joint positions.
         if best.is_none_or(|(s, _)| size < 0.99 * s) {
             best = Some((size, left));
         }
@@ -169,7 +172,7 @@ fn axes(v: &Vector3<f64>) -> String {
 }
 
 impl Scene {
-    /// Returns one sentence for each pair of linked dummies that no joint positions can bring together.
+    /// Returns one message for each pair of linked dummies that no joint positions can bring together.
     pub fn open_loops(&self) -> Vec<String> {
         links(self).into_iter().filter_map(|pair| self.open_loop(pair)).collect()
     }
@@ -205,8 +208,8 @@ impl Scene {
         }
         Some(format!(
             "the linked dummies {} and {} cannot meet: at any position of the {} joint axes between them, a gap of {} \
-             (world axes) remains; a link fixes position and orientation: turn one of the dummies, or attach one to a \
-             joint of its own",
+             (world axes) remains; a link constrains position and orientation: rotate one of the dummies, or attach \
+             one to an additional joint",
             self.path(one),
             self.path(other),
             all().count(),

@@ -1,4 +1,4 @@
-//! The wheel drive of a robot, as data for remote clients and views. The core only stores it.
+//! The wheel drive of a robot, as data for remote clients and views. The core stores it without using it.
 
 use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
@@ -57,7 +57,7 @@ impl Drive {
         self.joints.iter().chain(&self.steering).map(|p| p.strip_prefix('-').unwrap_or(p))
     }
 
-    /// Parses a table; an empty one means no drive.
+    /// Parses the table of a drive; returns `None` if the table is empty.
     pub fn from_value(value: &Value) -> Result<Option<Self>, Refusal> {
         if matches!(value, Value::Map(entries) if entries.is_empty()) {
             return Ok(None);
@@ -73,7 +73,7 @@ impl Drive {
         let length = |key: &'static str, needed: bool| match keys.number(key)? {
             Some(x) if x > 0.0 => Ok(x),
             None if !needed => Ok(0.0),
-            _ => keys.wrong(key, &format!("a length above 0, which a drive of type {name} requires")),
+            _ => keys.wrong(key, &format!("a length above 0, in metres, for a drive of type {name}")),
         };
         // Without angles, an omnidirectional drive has four mecanum wheels; with angles, the wheels are on a circle
         // whose diameter is the track.
@@ -92,19 +92,19 @@ impl Drive {
         let single = |all: &[String]| all.len() == 1;
         match form {
             Form::Differential if !paired(&drive.joints) => {
-                keys.wrong("joints", "a list of paths: left and right alternating")
+                keys.wrong("joints", "a non-empty list of paths, left and right alternating")
             }
             Form::Ackermann if !paired(&drive.joints) && !single(&drive.joints) => {
-                keys.wrong("joints", "a list of paths: left and right alternating, or one for both")
+                keys.wrong("joints", "a list of paths, left and right alternating, or a single path for both")
             }
             Form::Ackermann if !paired(&drive.steering) && !single(&drive.steering) => {
-                keys.wrong("steering", "a list of paths: left and right alternating, or one for both")
+                keys.wrong("steering", "a list of paths, left and right alternating, or a single path for both")
             }
             Form::Omni if mecanum && drive.joints.len() != 4 => {
-                keys.wrong("joints", "four paths, front left, front right, rear left, rear right; or give `angles`")
+                keys.wrong("joints", "four paths, front left, front right, rear left, rear right, or set `angles`")
             }
             Form::Omni if !mecanum && (drive.joints.len() != drive.angles.len() || drive.joints.len() < 3) => {
-                keys.wrong("angles", "a list of numbers, one for each of at least three joints")
+                keys.wrong("angles", "a list of angles, one for each of at least three joints")
             }
             _ => Ok(Some(drive)),
         }

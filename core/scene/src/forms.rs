@@ -1,4 +1,5 @@
-//! The solids of a shape: those that are rendered and detected by beams, and those that collide; the default mass.
+//! The solids of a shape: those that are rendered and detected by beams, and those that collide. Also computes default
+//! masses and inertias.
 
 use std::sync::Arc;
 
@@ -20,7 +21,7 @@ fn form(primitive: Primitive, size: Vector3<f64>, (mesh, convex): (Option<&Arc<M
     })
 }
 
-/// Returns the parts of a shape that are rendered and that beams detect.
+/// Returns the parts of a shape that are rendered and detected by beams.
 pub fn visible_parts(shape: &Shape) -> Vec<Part> {
     if shape.primitive == Primitive::Compound {
         let part = |p: &super::ShapePart| {
@@ -119,14 +120,15 @@ fn part_inertia(form: &Form, m: f64) -> Matrix3<f64> {
             diagonal(side, side, m * r2 / 2.0)
         }
         Form::Capsule { radius, half_length } => {
-            // The capsule is approximated by a cylinder of the full length, to within a few percent. This is used only
-            // if no inertia is given.
+            // The capsule is approximated by a cylinder of the full length, with an error of a few percent. The result
+            // is used only if the shape does not specify its inertia.
             let (r2, l) = (radius * radius, 2.0 * (half_length + radius));
             let side = m * (3.0 * r2 + l * l) / 12.0;
             diagonal(side, side, m * r2 / 2.0)
         }
         Form::Mesh { mesh, .. } => {
-            // The mesh is approximated by its bounding box. This is used only if no inertia is given.
+            // The mesh is approximated by its bounding box. The result is used only if the shape does not specify its
+            // inertia.
             let (mut low, mut high) =
                 (Point3::from(Vector3::repeat(f64::MAX)), Point3::from(Vector3::repeat(f64::MIN)));
             for v in &mesh.vertices {

@@ -2,8 +2,8 @@
 //!
 //! - [`document`]: descriptions of scenes from scene files, models and importers;
 //! - [`noise`], [`graph`]: declarations of sensor noise, and of graphs;
-//! - `object`: a single object; `tree`: all objects: slots with generations, aliases, unique names; `names`,
-//!   `name_index`: lookup by path and by unique name; `moves`: the shapes that have moved;
+//! - `object`: a single object; `tree`: the tree of all objects, in slots with generations; `names`, `name_index`:
+//!   lookup by path and by unique name; `moves`: the shapes that have moved;
 //! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting poses;
 //! - [`rows`]: the property rows of the core; `props`: reading and setting properties;
 //! - `forms`: the solids of a shape; `drive`: the wheel drive of a robot; `texture`: images on shapes;
@@ -62,7 +62,7 @@ pub fn pose_to_array(p: &Isometry3<f64>) -> [f64; 7] {
 pub fn pose_from_array(a: &[f64; 7]) -> Option<Isometry3<f64>> {
     let q = Quaternion::new(a[6], a[3], a[4], a[5]);
     let finite = a.iter().all(|x| x.is_finite()) && q.norm() > 1e-12;
-    // A quaternion of length 1 is left unchanged, so that stored poses keep all their bits.
+    // A quaternion of length 1 is left unchanged, which preserves the bits of stored poses.
     let unit = |q: Quaternion<f64>| match (q.norm_squared() - 1.0).abs() <= 4.0 * f64::EPSILON {
         true => UnitQuaternion::new_unchecked(q),
         false => UnitQuaternion::from_quaternion(q),

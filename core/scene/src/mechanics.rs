@@ -1,5 +1,6 @@
-//! Checks of a scene's mechanics before a run: impossible bodies, joints between very different masses, grippers too
-//! weak for the objects between their fingers, steps too long for contacts, drives without their joints.
+//! Checks of a scene's mechanics before a run: impossible moments of inertia, joints between very different masses,
+//! grippers too weak for the objects between their fingers, steps too long for contacts, and drives whose joints do not
+//! exist.
 
 use std::collections::BTreeMap;
 
@@ -23,19 +24,19 @@ const COARSEST: f64 = 0.005;
 /// Relative rounding tolerance in the triangle inequality of principal moments of inertia.
 const ROUNDING: f64 = 1e-6;
 
-/// Returns all problems, one sentence each, in order of objects.
+/// Returns one message for each problem.
 pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
     let mut found = Vec::new();
     let substep = settings.physics_dt.min(settings.dt) / f64::from(settings.physics_substeps.max(1));
     if substep > COARSEST {
         found.push(format!(
-            "physics steps of {} s in {} sub-steps are too coarse for contacts: stacked objects sink and topple; use \
-             sub-steps of at most {COARSEST} s, by `physics_dt_s` or `physics_substeps`",
+            "physics steps of {} s in {} sub-steps are too coarse for contacts: stacked objects sink and topple; set \
+             `physics_dt_s` or `physics_substeps` for sub-steps of at most {COARSEST} s",
             settings.physics_dt.min(settings.dt),
             settings.physics_substeps
         ));
     }
-    // Equal problems are merged, so that a hundred equal robots cause a single message.
+    // Equal problems are merged: a hundred equal robots cause a single message.
     let mut alike: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (slot, object) in scene.slots() {
         let Some(shape) = object.shape().filter(|s| s.dynamic) else { continue };
@@ -53,14 +54,14 @@ pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
     found
 }
 
-/// Checks that the joints named by drives exist.
+/// Returns one message for each joint that a drive refers to but that does not exist.
 fn broken_drives(scene: &Scene) -> Vec<String> {
     let mut found = Vec::new();
     for (slot, object) in scene.slots() {
         for path in object.drive.iter().flat_map(|d| d.joint_paths()) {
             if scene.find(slot, path).and_then(|s| scene.get(s)?.joint()).is_none() {
                 found.push(format!(
-                    "the drive of `{}` names the joint `{path}`, which does not exist",
+                    "the drive of `{}` refers to the joint `{path}`, which does not exist",
                     scene.path(slot)
                 ));
             }
@@ -73,7 +74,7 @@ fn mass(shape: &Shape) -> f64 {
     shape.mass.unwrap_or_else(|| default_mass(shape))
 }
 
-/// Checks a body's inertia: no principal moment can exceed the sum of the other two.
+/// Returns why a body's inertia is impossible, if it is: no principal moment can exceed the sum of the other two.
 fn impossible(shape: &Shape) -> Option<String> {
     let inertia = Matrix3::from_row_slice(shape.inertia.as_ref()?);
     let mut moments: Vec<f64> = inertia.symmetric_eigenvalues().iter().copied().collect();
@@ -92,7 +93,7 @@ fn impossible(shape: &Shape) -> Option<String> {
     })
 }
 
-/// Checks a joint for very different masses.
+/// Returns a message if the masses above and below a shape's joint differ by a factor of more than `MOST_RATIO`.
 fn uneven(scene: &Scene, slot: u32, shape: &Shape) -> Option<String> {
     let (above, tie) = tie_of(scene, slot)?;
     if motion_of(scene, above) != Some(Motion::Dynamic) {
@@ -103,7 +104,7 @@ fn uneven(scene: &Scene, slot: u32, shape: &Shape) -> Option<String> {
     (ratio > MOST_RATIO).then(|| {
         format!(
             "`{}` connects bodies of {one:.3e} kg and {other:.3e} kg: at mass ratios above {MOST_RATIO}, rounding \
-             errors shake the lighter one; increase its mass, or merge the two bodies",
+             errors make the lighter body shake; increase its mass, or merge the two bodies",
             scene.path(tie)
         )
     })

@@ -22,12 +22,13 @@ const CENTRED: f64 = 1e-3;
 /// Minimum cosine of the angle between a steering axis and the vertical: 25 degrees.
 const UPRIGHT: f64 = 0.9;
 
-/// Maximum number of joints between a vehicle and a wheel: a caster has two.
+/// Maximum number of joints between a vehicle and a wheel, which is that of a caster.
 const DEEPEST: u32 = 2;
 
-/// The solver forms of all mechanisms.
+/// The solvers chosen for all mechanisms.
 struct Forms {
-    /// For each shape that is connected to another: the slots of that shape and of the joint or force sensor.
+    /// For each shape that is connected to a shape above it: the slots of the shape above, and of the joint or force
+    /// sensor in between.
     ties: BTreeMap<u32, (u32, u32)>,
     /// The form of each mechanism, with the reason, by its root shape.
     of_root: BTreeMap<u32, (JointForm, &'static str)>,
@@ -40,13 +41,13 @@ pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
     ties.keys().map(|child| (*child, of(*child))).collect()
 }
 
-/// Returns the solver of the mechanism that a shape belongs to, and the reason; empty if it belongs to no mechanism.
+/// Returns the solver of the mechanism that a shape belongs to, and the reason; empty if the shape has no mechanism.
 pub(crate) fn solver_used(scene: &Scene, slot: u32) -> String {
     let Forms { ties, of_root } = choose(scene);
     of_root.get(&root(&ties, slot).0).map_or_else(String::new, described)
 }
 
-/// Returns the path of the root shape of each mechanism, with the solver and the reason, in order of slots.
+/// Returns the path of the root shape of each mechanism, with the solver and the reason, in ascending order of slots.
 pub fn solvers(scene: &Scene) -> Vec<(String, String)> {
     choose(scene).of_root.iter().map(|(root, choice)| (scene.path(*root), described(choice))).collect()
 }
@@ -87,8 +88,8 @@ fn choose(scene: &Scene) -> Forms {
         let choice = match own {
             // Only the reduced form supports coupled joints.
             _ if coupled.contains(&root) => (JointForm::Reduced, "gears or screws couple its joints"),
-            // In reduced coordinates, a body that is moved from outside has no velocity.
-            _ if moves == Some(Motion::Kinematic) => (JointForm::Impulse, "its first shape is moved from outside"),
+            // In reduced coordinates, a kinematic body has no velocity.
+            _ if moves == Some(Motion::Kinematic) => (JointForm::Impulse, "its first shape is kinematic"),
             JointSolver::Tree => tree("its own joint_solver"),
             JointSolver::Reduced => (JointForm::Reduced, "its own joint_solver"),
             JointSolver::Impulse => (JointForm::Impulse, "its own joint_solver"),
@@ -103,8 +104,8 @@ fn choose(scene: &Scene) -> Forms {
     Forms { ties, of_root }
 }
 
-/// Returns the root shapes of mechanisms that cannot be trees of links, with the reason: loops need constraints between
-/// links, and special surfaces have constraints in the engine.
+/// Returns the root shapes of mechanisms that cannot be solved as trees of links, with the reason. Loops require
+/// constraints between links, and special surfaces require constraints in the engine.
 fn unfit_for_trees(scene: &Scene, ties: &BTreeMap<u32, (u32, u32)>) -> BTreeMap<u32, &'static str> {
     let mut unfit = BTreeMap::new();
     for dummy in dynamics::links(scene).into_iter().flat_map(|(a, b)| [a, b]) {
@@ -134,8 +135,9 @@ fn root(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
     (at, depth)
 }
 
-/// Returns whether impulses suffice for a joint: it must be revolute, and if the body below it is the last one, the
-/// centre of mass must be on the axis.
+/// Returns whether impulses suffice for a joint. It must be revolute, without dry friction, armature and spring. If the
+/// body below it is the last of the chain, the centre of mass must be on the axis; otherwise, the joint must be free or
+/// its axis upright.
 fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
     let Some(Data::Joint(j)) = scene.get(tie).map(|o| &o.data) else { return false };
     let passive = &j.passive;

@@ -1,4 +1,4 @@
-//! A list of the shapes that have moved, so that its readers need not visit all shapes.
+//! A list of the shapes that have moved, which saves its readers from visiting all shapes.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -6,12 +6,13 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 #[derive(Debug, Default)]
 pub struct Moves {
     list: Vec<u32>,
-    /// Number of entries that preceded the current list and were dropped.
+    /// Number of entries that were dropped before the first one of the current list.
     gone: u64,
     /// For each slot, the number of entries up to and including its last one, or 0 if it has no entry.
     noted: Vec<u64>,
-    /// The position up to which the list has been read: a shape listed after it need not be listed again. It is atomic
-    /// because documents, which contain a scene for their names, are shared by worlds on several threads.
+    /// The position up to which the list has been read. A shape that is listed after this position need not be listed
+    /// again. Atomic, because documents, which contain a scene for their names, are shared by worlds on several
+    /// threads.
     seen: AtomicU64,
 }
 
@@ -41,8 +42,8 @@ impl Moves {
         self.noted[at] = self.gone + self.list.len() as u64;
     }
 
-    /// Returns the shapes that have moved since a position in the list, or `None` if the list no longer goes back that
-    /// far. `last` contains that position and is set to the current one; it must only be used with the same scene.
+    /// Returns the shapes that have moved since the position `last` of the list, or `None` if the list no longer goes
+    /// back that far. `last` is set to the current position, and must only be used with the same scene.
     pub fn since(&self, last: &mut u64) -> Option<&[u32]> {
         let end = self.gone + self.list.len() as u64;
         self.seen.store(end, Relaxed);
@@ -51,7 +52,7 @@ impl Moves {
     }
 }
 
-/// Minimum length of the list before it is cleared.
+/// Length below which the list is never cleared.
 const FEWEST: usize = 64;
 
 #[cfg(test)]

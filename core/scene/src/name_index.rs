@@ -1,5 +1,5 @@
-//! An index of objects by alias, with the numbers of their unique names. It is updated incrementally, since a world may
-//! have a hundred thousand objects with the same alias.
+//! An index of objects by alias, with the suffixes of their unique names. It is updated incrementally, because a world
+//! can contain a hundred thousand objects with the same alias.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,9 +10,9 @@ pub(super) struct NameIndex(BTreeMap<String, Users>);
 /// The objects with one alias.
 #[derive(Debug, Clone)]
 struct Users {
-    /// Number of the unique name, and slot, of each object.
+    /// Suffix of the unique name, and slot, of each object.
     all: BTreeSet<(i32, u32)>,
-    /// All numbers below this one are taken; the search for a free number starts here.
+    /// All suffixes below this value are taken; the search for a free suffix starts here.
     free: i32,
 }
 
@@ -53,7 +53,7 @@ impl NameIndex {
         users.all.first().map(|(_, slot)| *slot)
     }
 
-    /// Returns the smallest number that is free for all these aliases; -1 stands for names without a number.
+    /// Returns the smallest suffix that is free for all these aliases; -1 stands for names without a suffix.
     pub fn free<'a>(&mut self, aliases: impl Iterator<Item = &'a str> + Clone) -> i32 {
         for alias in aliases.clone() {
             let Some(users) = self.0.get_mut(alias) else { continue };

@@ -4,16 +4,17 @@ use std::collections::BTreeMap;
 
 use super::{Object, Scene};
 
-/// Description of a valid alias, for messages.
-pub const ALIAS: &str = "text without `/` and control characters";
+/// Description of a valid alias, for error messages.
+pub const ALIAS: &str = "a non-empty string without `/` or control characters";
 
-/// Returns whether a text is a valid alias: aliases form paths and are shown in lists.
+/// Returns whether a string is a valid alias. An alias must not contain `/`, which separates the parts of a path, or
+/// control characters, because aliases are displayed in lists.
 pub fn is_alias(text: &str) -> bool {
     !text.is_empty() && !text.contains(|c: char| c == '/' || c.is_control())
 }
 
 impl Scene {
-    /// Returns the path of an object, such as `/robot[1]/arm`. Parts whose alias is shared with siblings have an index.
+    /// Returns the path of an object, such as `/robot[1]/arm`. A part has an index if siblings share its alias.
     pub fn path(&self, slot: u32) -> String {
         let Some(o) = self.get(slot) else { return "/".into() };
         let siblings = self.children(o.parent);
@@ -112,8 +113,8 @@ impl Scene {
             }
             level = next;
         }
-        // Scripts are not among the children. If no other object matches, a plain name may be that of a script;
-        // patterns do not match scripts, since scripts count the matches of a pattern.
+        // Scripts are not among the children. If no other object matches, a plain name can refer to a script. Patterns
+        // never match scripts, because programs iterate over the matches of a pattern by index.
         if wild {
             return None;
         }
@@ -146,7 +147,7 @@ impl Scene {
         self.index.only(alias)
     }
 
-    /// Sets the alias of an object, and the number of its unique name: -1 for a name without a number.
+    /// Sets the alias of an object, and the suffix of its unique name, which is -1 for a name without a suffix.
     pub fn set_name(&mut self, slot: u32, alias: &str, suffix: i32) {
         let Some(o) = self.slots.get_mut(slot as usize).and_then(|s| s.object.as_mut()) else { return };
         if o.alias == alias && o.suffix == suffix {
@@ -158,7 +159,7 @@ impl Scene {
         self.index.add(alias, suffix, slot);
     }
 
-    /// Builds the index of names of a tree that was read from a file.
+    /// Rebuilds the index of names after the tree has been read from a file, which does not contain it.
     pub fn index_names(&mut self) {
         let mut index = super::name_index::NameIndex::default();
         self.slots().for_each(|(slot, o)| index.add(&o.alias, o.suffix, slot));
@@ -186,7 +187,8 @@ impl Scene {
     }
 }
 
-/// Parses an index: "a[2]" is the third among siblings with the alias a, and "a{4}" the fifth match of a in the tree.
+/// Splits a part of a path into alias, index among siblings and index in the tree: "a[2]" is the third of the siblings
+/// with the alias `a`, and "a{4}" the fifth match of `a` in the tree.
 fn split_index(part: &str) -> Option<(String, Option<usize>, usize)> {
     for (open, close) in [('[', ']'), ('{', '}')] {
         if let Some(body) = part.strip_suffix(close) {
@@ -198,7 +200,7 @@ fn split_index(part: &str) -> Option<(String, Option<usize>, usize)> {
     Some((part.into(), None, 0))
 }
 
-/// Matches a pattern with wildcards: `*` matches any text, `?` any single character.
+/// Returns whether a string matches a pattern, in which `*` matches any string and `?` any single character.
 fn matches(pattern: &str, text: &str) -> bool {
     let (p, t): (Vec<char>, Vec<char>) = (pattern.chars().collect(), text.chars().collect());
     // A row of the dynamic-programming table: `row[j]` is whether the pattern so far matches the first j characters.

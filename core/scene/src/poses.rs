@@ -18,15 +18,15 @@ impl Scene {
             None => Isometry3::identity(),
         }
     }
-    /// Returns the frame of an object's children: its own frame, which the joint position displaces if it is a joint.
-    /// For 0, returns the world frame.
+    /// Returns the frame of an object's children, which is the object's own frame, displaced by the joint position if
+    /// the object is a joint. Returns the world frame if `slot` is 0.
     pub fn frame(&self, slot: u32) -> Isometry3<f64> {
         let world = self.world(slot);
         let is_joint = self.places.links.get(slot as usize).is_some_and(|l| l.joint);
         let joint = if is_joint { self.get(slot).and_then(|o| o.joint()) } else { None };
         joint.map_or(world, |j| world * j.motion())
     }
-    /// Returns the frame of an object's parent, which the object's local pose is relative to.
+    /// Returns the frame of an object's parent, in which the object's local pose is expressed.
     pub fn parent_frame(&self, slot: u32) -> Isometry3<f64> {
         self.frame(self.places.links.get(slot as usize).map_or(0, |l| l.parent))
     }
@@ -35,7 +35,7 @@ impl Scene {
     pub fn before(&self, slot: u32) -> Option<Isometry3<f64>> {
         self.places.before(slot)
     }
-    /// Marks a barrier: current poses become those returned by `before`.
+    /// Marks a barrier: from now on, `before` returns the current poses.
     pub fn note_places(&mut self) {
         self.places.barrier();
     }

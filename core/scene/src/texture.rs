@@ -1,4 +1,4 @@
-//! Textures of shapes: the property, and its table in scene files.
+//! Textures of shapes, as properties and as tables in scene files.
 
 use std::sync::Arc;
 
@@ -30,24 +30,25 @@ pub const KEYS: &[(&str, &str)] = &[
 /// The texture of a shape or part: an image and its projection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShapeTexture {
-    /// Number of its image in the document, from 1.
+    /// Number of the image in the document, from 1.
     pub image_number: u32,
     /// The image with this number; not stored in snapshots.
     #[serde(skip)]
     pub image: Option<Arc<Image>>,
-    /// Its projection, in the frame of the shape.
+    /// Projection of the image, in the frame of the shape.
     pub projection: Projection,
 }
 
 impl ShapeTexture {
-    /// Returns the texture in the frame of a part with this pose in the shape, or `None` if the image is not known.
+    /// Returns the texture in the frame of a part, given the part's pose in the shape, or `None` if the image is
+    /// missing.
     pub fn on(&self, shape_from_part: &Isometry3<f64>) -> Option<Arc<Texture>> {
         let pose = shape_from_part.inverse() * self.projection.pose;
         let projection = Projection { pose, ..self.projection.clone() };
         Some(Arc::new(Texture { image: self.image.clone()?, projection }))
     }
 
-    /// Parses a table; an empty table means that there is no texture.
+    /// Parses the table of a texture; returns `None` if the table is empty.
     pub fn from_value(value: &Value) -> Result<Option<Self>, Refusal> {
         if matches!(value, Value::Map(entries) if entries.is_empty()) {
             return Ok(None);
@@ -55,7 +56,7 @@ impl ShapeTexture {
         let known: Vec<&str> = KEYS.iter().map(|(k, _)| *k).collect();
         let keys = Keys::new("a texture", value, &known)?;
         let Some(number) = keys.count("image", 1..=i64::from(u32::MAX))? else {
-            return keys.wrong("image", "the number of an image, or in scene files the name of a PNG file");
+            return keys.wrong("image", "the number of an image, from 1, or in scene files the name of a PNG file");
         };
         let usual = Projection::default();
         let mapping = match keys.text("mapping")?.as_str() {
@@ -99,12 +100,12 @@ impl ShapeTexture {
         Ok(Some(ShapeTexture { image_number: number as u32, image: None, projection }))
     }
 
-    /// Returns the table without default values; it is empty if there is no texture.
+    /// Returns the table of a texture, without default values; it is empty if there is no texture.
     pub fn to_value(texture: Option<&ShapeTexture>) -> Value {
         texture.map_or(Value::Map(Vec::new()), |t| t.numbered(i64::from(t.image_number)))
     }
 
-    /// Returns the table with a given number for the image.
+    /// Returns the table of the texture with `number` in place of its image's number.
     pub fn numbered(&self, number: i64) -> Value {
         let (p, usual) = (&self.projection, Projection::default());
         let mut entries = vec![("image", Value::Int(number))];

@@ -1,5 +1,5 @@
-//! Poses of objects in dense tables indexed by slot, so that the data that a step iterates over is contiguous and
-//! separate from the rest of the objects.
+//! Poses of objects, in dense tables indexed by slot. The data that a step iterates over is thus contiguous, and
+//! separate from the other data of objects.
 //!
 //! An object *hangs* if its world pose is not stored but computed on demand from that of its parent. A hundred sensors
 //! on a robot then cost nothing while the robot moves, except for those that measure.
@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 /// The data of a slot's object that is needed to iterate over poses.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Link {
-    /// Number of objects that the slot has held.
+    /// Number of objects that have occupied the slot so far.
     pub generation: u64,
     /// Slot of the parent, or 0 for the world.
     pub parent: u32,
     /// Number of the barrier for which the pose in `before` was last recorded.
     noted: u32,
-    /// Whether the object was created after the barrier in `noted`, so that it has no earlier pose.
+    /// Whether the object was created after the barrier in `noted`, and therefore has no earlier pose.
     new: bool,
     /// Whether the world pose is computed on demand.
     pub hangs: bool,
@@ -26,7 +26,7 @@ pub(super) struct Link {
     pub shape: bool,
     /// Whether the object is the base of a model.
     pub model_base: bool,
-    /// Whether the slot holds an object.
+    /// Whether the slot contains an object.
     pub there: bool,
 }
 
@@ -85,7 +85,7 @@ impl Transforms {
         (self.local[at], self.world[at]) = (Isometry3::identity(), Isometry3::identity());
     }
 
-    /// Marks a barrier: current poses become those that `before` returns.
+    /// Marks a barrier: from now on, `before` returns the current poses.
     pub fn barrier(&mut self) {
         self.known = true;
         self.now = self.now.wrapping_add(1);

@@ -1,4 +1,4 @@
-//! The tree: slots with generations, parents and children.
+//! The tree of live objects: slots with generations, parents and children.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -8,8 +8,8 @@ use tatu_plugin_api::abi::{tatu_object, tatu_slot};
 
 use super::{Data, FrictionPair, JointSolver, Object, moves::Moves, name_index::NameIndex, transforms::Transforms};
 
-/// Minimum number of free slots before one is reused: a handle stored by a script stays invalid for this many removals.
-/// Free slots cost some memory but no time.
+/// Minimum number of free slots before one is reused. If a script keeps the handle of a removed object, the handle
+/// remains invalid until this many further objects have been removed. Free slots cost some memory but no time.
 const FREE_NUMBERS: usize = 1 << 16;
 
 /// The handle of an object in the ABI: generation << 20 | slot.
@@ -31,11 +31,11 @@ impl Handle {
 #[repr(C, align(64))]
 pub(super) struct Slot {
     pub object: Option<Object>,
-    /// Unique name of the last object in this slot, for messages about invalid handles.
+    /// Alias of the last object that was removed from this slot, for messages about invalid handles.
     last: String,
 }
 
-/// The live tree.
+/// The tree of all live objects.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
     /// All slots. Slot 0 stands for the world and is always empty.
@@ -46,7 +46,8 @@ pub struct Scene {
     /// Slots that contain an object, to iterate over objects without visiting free slots.
     taken: BTreeSet<u32>,
     roots: Vec<u32>,
-    /// All objects, parents before children, one tree after the other; rebuilt when the tree changes.
+    /// Slots of all objects except scripts, parents before children, one tree after the other. Empty after a change of
+    /// the tree, until it is rebuilt.
     order: Vec<u32>,
     next_uid: u64,
     /// Incremented with every change of the tree, or of the data that bodies and beam targets are created from.
@@ -62,7 +63,7 @@ pub struct Scene {
     pub sensor_version: u64,
     /// Friction and restitution by pairs of materials.
     pub friction_pairs: Vec<FrictionPair>,
-    /// The solver of mechanisms that leave the choice to the scene.
+    /// The solver of mechanisms whose own solver is [`JointSolver::Auto`].
     pub joint_solver: JointSolver,
     /// Custom data of the world itself, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
@@ -103,7 +104,8 @@ impl Default for Scene {
 impl Scene {
     /// Adds an object below `parent` (0 for the world). Returns its slot, or `None` if all slots are taken.
     pub fn add(&mut self, parent: u32, alias: &str, local: Isometry3<f64>, data: Data) -> Option<u32> {
-        // A slot is reused only if many are free, so that an outdated handle in a script rarely refers to a new object.
+        // A slot is reused only if many are free. An outdated handle in a script therefore rarely refers to a new
+        // object.
         let slot = if self.free.len() >= FREE_NUMBERS {
             self.free.pop_front()?
         } else {
@@ -276,7 +278,7 @@ impl Scene {
         out
     }
 
-    /// Iterates over all slots that hold an object, including scripts, in order.
+    /// Iterates over all slots that contain an object, including scripts, in ascending order.
     pub fn slots(&self) -> impl DoubleEndedIterator<Item = (u32, &Object)> {
         // If most slots are taken, iterating over the table is faster than over the set.
         let dense = 8 * self.taken.len() >= self.slots.len();
@@ -294,7 +296,7 @@ impl Scene {
     pub fn children(&self, slot: u32) -> &[u32] {
         if slot == 0 { &self.roots } else { self.get(slot).map_or(&[], |o| &o.children) }
     }
-    /// Returns the object in a slot.
+    /// Returns the object in a slot, if any.
     pub fn get(&self, slot: u32) -> Option<&Object> {
         self.slots.get(slot as usize).and_then(|s| s.object.as_ref())
     }
@@ -302,18 +304,19 @@ impl Scene {
     pub fn is_joint(&self, slot: u32) -> bool {
         self.places.links.get(slot as usize).is_some_and(|link| link.there && link.joint)
     }
-    /// Returns the object in a slot, mutably.
+    /// Returns a mutable reference to the object in a slot, if any.
     pub fn get_mut(&mut self, slot: u32) -> Option<&mut Object> {
         self.slots.get_mut(slot as usize).and_then(|s| s.object.as_mut())
     }
-    /// Returns the handle of the object in a slot, or 0 if there is none.
+    /// Returns the handle of the object in a slot, or 0 if the slot is empty.
     pub fn id(&self, slot: u32) -> tatu_object {
         match self.places.links.get(slot as usize) {
             Some(link) if link.there => link.generation << 20 | u64::from(slot),
             _ => 0,
         }
     }
-    /// Returns the slot of a handle if its object still exists, and otherwise the name that the object had, if known.
+    /// Returns the slot of a handle. If the handle's object no longer exists, the error contains the alias of the last
+    /// object that was removed from the slot, if any.
     pub fn resolve(&self, id: tatu_object) -> Result<u32, Option<&str>> {
         let handle = Handle(id);
         let slot = handle.slot();
@@ -367,7 +370,7 @@ mod tests {
         assert_eq!(scene.world(script), scene.world(body));
     }
 
-    /// The slot of a removed object is not reused for as many removals as the reference promises.
+    /// The slot of a removed object is not reused before the number of removals that the reference promises.
     #[test]
     fn numbers_come_again_late_and_in_order() {
         let mut scene = Scene::default();

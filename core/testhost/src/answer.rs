@@ -1,4 +1,4 @@
-//! Errors as reported to tests: a status, and a message that is stored per thread. No panic leaves the library.
+//! Reports errors to tests: as a status, and as a message that is stored per thread. Panics do not leave the library.
 
 use std::{
     cell::RefCell,
@@ -40,7 +40,8 @@ thread_local! {
     static LAST: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Runs the body of a function; a failure or a panic becomes the last error of the thread.
+/// Runs `f`. Stores the message of a failure or a panic as the last error of this thread, and returns the result of
+/// `refused`.
 pub fn guarded<T>(refused: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, Wrong>) -> T {
     let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(done)) => return done,
@@ -55,7 +56,7 @@ pub fn guarded<T>(refused: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Re
     refused(status)
 }
 
-/// As [`guarded`], for functions that return a status.
+/// Like [`guarded`], for functions that return a status.
 pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
     guarded(|status| status, || f().map(|()| TATU_OK))
 }
@@ -68,7 +69,7 @@ pub extern "C" fn last_error() -> tatu_str {
     })
 }
 
-/// Returns a string that a test passes; `what` names it in errors.
+/// Converts a C string that a test passes; error messages refer to it as `what`.
 ///
 /// # Safety
 /// `text` must be null, or a zero-terminated string that lives for `'a`.

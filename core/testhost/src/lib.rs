@@ -3,8 +3,9 @@
 //! The library `tatuhost` is installed beside the program and exports one function, which returns the table that
 //! `plugin-api/include/tatu/test.h` documents. The program itself uses the same table for `tatu plugin test`.
 //!
-//! - `table`: the functions of the table, and the exported one; `answer`: errors, and the guard around each function;
-//! - `worlds`: the open worlds; `open`: builds a world;
+//! - `table`: the functions of the table, and the exported function; `answer`: errors, and the guard around each
+//!   function;
+//! - `worlds`: the worlds that each thread has opened; `open`: builds a world;
 //! - `told`: readings, faults and log lines in the form that tests receive.
 
 mod answer;

@@ -23,17 +23,17 @@ pub struct Setup<'a> {
     pub scene: &'a [u8],
     /// Folder to which the paths in the scene are relative.
     pub folder: PathBuf,
-    /// Plugin libraries, and folders that contain some.
+    /// Plugin libraries, and folders that contain plugin libraries.
     pub plugins: Vec<PathBuf>,
 }
 
-/// The name under which the text of a scene is read.
+/// File name under which the text of the scene is read.
 const SCENE: &str = "scene-of-the-test.toml";
 
-/// Where the program records calls into plugins; unset if the test host is used as a library.
+/// The program's records of calls into plugins; unset if the test host is used as a library.
 static WATCHES: OnceLock<Watches> = OnceLock::new();
 
-/// Sets where the calls into plugins of all later worlds are recorded, so that the program can report the call in which
+/// Sets the records of calls into plugins that all later worlds use, so that the program can report the call in which
 /// it crashed. Only the first call of this function has an effect.
 pub fn note_calls_in(watches: Watches) {
     let _ = WATCHES.set(watches);
@@ -50,7 +50,7 @@ pub fn open(setup: &Setup<'_>) -> Result<(World, Arc<Registry>), Wrong> {
             p => {
                 let text = format!("there is no plugin at {}", p.display());
                 return Err(Wrong::missing(
-                    text + "\n  expected: a compiled plugin library, or a folder that contains some",
+                    text + "\n  expected: a compiled plugin library, or a folder that contains plugin libraries",
                 ));
             }
         }
@@ -67,7 +67,7 @@ pub fn open(setup: &Setup<'_>) -> Result<(World, Arc<Registry>), Wrong> {
     Ok((world, registry))
 }
 
-/// Fails if one of the plugins in `given` was refused. Other plugins that cannot be loaded do not concern the test.
+/// Fails if one of the plugins in `given` was refused. Other plugins that cannot be loaded do not affect the test.
 fn refused(registry: &Registry, given: &[PathBuf]) -> Result<(), Wrong> {
     let is_given = |text: &str| given.iter().any(|p| text.contains(&p.display().to_string()));
     match registry.refused.iter().find(|e| is_given(&e.text)) {

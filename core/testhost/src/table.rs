@@ -40,8 +40,10 @@ unsafe extern "C" fn open(setup: *const tatu_test_setup) -> *mut tatu_test_world
         || {
             // SAFETY: by the contract, null or a struct as large as its `size`.
             let given = unsafe { setup.as_ref() }.filter(|s| s.size as usize >= size_of::<tatu_test_setup>());
-            let given = given.ok_or_else(|| Wrong::argument("the setup is null, or its `size` is too small"))?;
-            // SAFETY: by the contract, strings that live through the call, and a list that ends with null.
+            let given = given.ok_or_else(|| {
+                Wrong::argument("the setup is null, or its `size` is smaller than sizeof(tatu_test_setup)")
+            })?;
+            // SAFETY: by the contract, strings that live through the call, and a null-terminated array.
             let setup = unsafe {
                 let mut plugins = Vec::new();
                 let mut next = given.plugins;
@@ -91,11 +93,11 @@ unsafe extern "C" fn field(
 ) -> tatu_status {
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, texts that live through the call.
+            // SAFETY: by the contract, null or strings that live through the call.
             let (path, name) =
                 unsafe { (answer::text(path, "the path")?, answer::text(name, "the name of the field")?) };
             let value = told::field(&open.world, path, name)?;
-            // SAFETY: by the contract, null or a place for a value.
+            // SAFETY: by the contract, `out` is null or writable.
             unsafe { give(out, open.lend(&value)) }
         })
     })
@@ -104,10 +106,10 @@ unsafe extern "C" fn field(
 unsafe extern "C" fn reading(world: *mut tatu_test_world, path: *const c_char, out: *mut tatu_value) -> tatu_status {
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, a text that lives through the call.
+            // SAFETY: by the contract, null or a string that lives through the call.
             let path = unsafe { answer::text(path, "the path")? };
             let value = told::whole(&told::reading(&open.world, path)?);
-            // SAFETY: by the contract, null or a place for a value.
+            // SAFETY: by the contract, `out` is null or writable.
             unsafe { give(out, open.lend(&value)) }
         })
     })
@@ -121,10 +123,10 @@ unsafe extern "C" fn get(
 ) -> tatu_status {
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, texts that live through the call.
+            // SAFETY: by the contract, null or strings that live through the call.
             let (path, key) = unsafe { (answer::text(path, "the path")?, answer::text(key, "the key")?) };
             let value = open.world.get(path, key).map_err(|r| Wrong(r.0, r.1))?;
-            // SAFETY: by the contract, null or a place for a value.
+            // SAFETY: by the contract, `out` is null or writable.
             unsafe { give(out, open.lend(&value)) }
         })
     })

@@ -1,4 +1,4 @@
-//! Readings, faults and log lines in the form that tests receive.
+//! Converts readings, faults and log lines to the form that tests receive.
 
 use tatu_core::{
     LogLine, Reading, World,
@@ -30,7 +30,7 @@ pub fn field(world: &World, path: &str, name: &str) -> Result<Value, Wrong> {
         return Err(Wrong::missing(format!("{text}\n  expected: one of {}", names.join(", "))));
     };
     if reading.sequence == 0 {
-        let text = format!("the sensor {} has not measured yet\n  help: do a step first", reading.path);
+        let text = format!("the sensor {} has not measured yet\n  help: run a step first", reading.path);
         return Err(Wrong::missing(text));
     }
     Ok(numbers(&field.value))
@@ -54,7 +54,7 @@ pub fn whole(reading: &Reading) -> Value {
     ])
 }
 
-/// Formats a fault that has occurred `times` times as a line.
+/// Formats a fault as a line of text; `times` is the number of its occurrences to report.
 pub fn fault(fault: &Fault, times: u64) -> String {
     let place = match (&fault.file, fault.line) {
         (Some(file), Some(line)) => format!("{file}:{line}: "),
@@ -66,7 +66,7 @@ pub fn fault(fault: &Fault, times: u64) -> String {
     format!("[{}] {place}{}{object}{help}{times}", fault.code, fault.message)
 }
 
-/// Formats a line of the log, with its level unless it is information.
+/// Formats a line of the log, with its level unless the level is "information".
 pub fn line(line: &LogLine) -> String {
     match line.level {
         TATU_LOG_ERROR => format!("error: {}", line.text),

@@ -1,5 +1,5 @@
-//! The worlds that tests have opened, by thread. A handle is a number that is never reused, so a stale handle, or one
-//! of another thread, is rejected; handles are never dereferenced.
+//! The worlds that each thread has opened. Handles are integers that are never reused, so a stale handle, or a handle
+//! of another thread, is rejected; they are never dereferenced.
 
 use std::{
     cell::{Cell, RefCell},
@@ -38,7 +38,7 @@ pub struct Open {
 }
 
 thread_local! {
-    /// Not dropped when the thread exits, because a world cannot be ended properly at that point.
+    /// The worlds are not dropped when the thread exits, because a world cannot be ended properly at that point.
     static OPEN: ManuallyDrop<RefCell<BTreeMap<usize, Rc<Open>>>> = const { ManuallyDrop::new(RefCell::new(BTreeMap::new())) };
 }
 static NEXT: AtomicUsize = AtomicUsize::new(1);
@@ -59,7 +59,7 @@ pub fn add(setup: &Setup<'_>) -> Result<*mut tatu_test_world, Wrong> {
     Ok(std::ptr::without_provenance_mut(handle))
 }
 
-/// Calls `f` with a world.
+/// Calls `f` with the world of a handle. Fails if a call of the test is already running in the world.
 pub fn with<T>(handle: *mut tatu_test_world, f: impl FnOnce(&Open) -> Result<T, Wrong>) -> Result<T, Wrong> {
     let open = OPEN.with(|all| all.borrow().get(&handle.addr()).cloned()).ok_or_else(stranger)?;
     if open.busy.replace(true) {
@@ -78,7 +78,8 @@ fn stranger() -> Wrong {
     Wrong(TATU_ERR_GONE, text.into())
 }
 
-/// Stops a world and ends it. Fails with the faults that have not been reported to the test, and the errors at the end.
+/// Stops and ends a world. Fails with the faults that have not been reported to the test yet, and with the errors that
+/// occur when the plugins end.
 pub fn remove(handle: *mut tatu_test_world) -> Result<(), Wrong> {
     let open = OPEN.with(|all| all.borrow_mut().remove(&handle.addr())).ok_or_else(stranger)?;
     open.world.stop();
@@ -91,21 +92,21 @@ pub fn remove(handle: *mut tatu_test_world) -> Result<(), Wrong> {
 }
 
 impl Open {
-    /// Returns a value in the form of the ABI, valid until the next answer.
+    /// Converts a value to its ABI form, which is valid until the next answer.
     pub fn lend(&self, value: &Value) -> tatu_value {
         let mut room = Owned::default();
         let raw = room.raw(value);
         *self.values.borrow_mut() = room;
         raw
     }
-    /// Returns several values in the form of the ABI, valid until the next answer.
+    /// Converts several values to their ABI form, which is valid until the next answer.
     pub fn lend_all(&self, values: &[Value]) -> Vec<tatu_value> {
         let mut room = Owned::default();
         let raw = values.iter().map(|v| room.raw(v)).collect();
         *self.values.borrow_mut() = room;
         raw
     }
-    /// Returns a text in the form of the ABI, valid until the next answer with a text.
+    /// Stores a string and returns its ABI form, which is valid until the next string is stored.
     pub fn lend_text(&self, text: String) -> tatu_str {
         let mut kept = self.text.borrow_mut();
         *kept = text;

@@ -1,9 +1,9 @@
-//! The core of Tatu: a world that owns the scene and the physics step, with plugins around it. It depends on no
+//! The core of Tatu: a world, which owns the scene and the physics step and calls plugins. It does not depend on any
 //! particular plugin.
 //!
-//! Where to begin: [`World`] runs a [`document::Document`] with the kinds and commands that a [`plugins::Registry`]
-//! offers; `step/mod.rs` defines the order of one step. The other crates of the core are re-exported here, so a program
-//! needs only this one.
+//! Start with [`World`], which runs a [`document::Document`] with the kinds and commands that a [`plugins::Registry`]
+//! offers. `step/mod.rs` defines the order of a step. The other crates of the core are re-exported here, so a program
+//! needs only this crate.
 //!
 //! ```no_run
 //! use std::{path::Path, sync::Arc};

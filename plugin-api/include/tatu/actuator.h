@@ -11,30 +11,31 @@ extern "C" {
 
 #define TATU_ACTUATOR "tatu.actuator/draft.4"
 
-/* A kind's `apply` is called once each time physics advances (by one step of the world, or by the time that a driver
- * requests) or, with the flag, before each engine step. A wrench acts on the nearest dynamic shape at or above the
- * actuator, an effort on the nearest joint between the actuator and that shape. Commands are properties "<kind>.<key>"
- * of the actuator's object: scenes set them like parameters, and they can be set at any time. */
+/* A kind's `apply` is called each time physics advances, by one step of the world or by the time that a driver
+ * requests; with the flag, it is called before each engine step. A wrench acts on the nearest dynamic shape at or above
+ * the actuator, an effort on the nearest joint between the actuator and that shape. Commands are properties
+ * "<kind>.<key>" of the actuator's object: scenes set them like parameters, and they can be set at any time. */
 enum tatu_actuator_flag { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* `apply` is called before each engine step */ };
 
-/* The actuators of one kind. Inputs: state of the mount, and commands; outputs: wrench or effort. */
+/* The `n` actuators of one kind. Inputs are the state of the mount and the commands; outputs are a wrench or an
+ * effort. */
 typedef struct tatu_actuator_batch {
   uint32_t size;
   uint32_t n;
-  double time;               /* s */
+  double time;               /* simulation time, s */
   double dt;                 /* time until the next call, s */
   void *const *data;         /* [n] instances */
   void *const *state;        /* [n] state blocks */
   const tatu_object *actuator; /* [n] */
-  const double *pose;        /* [n], 7 each: mount in the world */
-  const double *twist;       /* [n], 6 each */
-  const double *joint;       /* [n], 2 each: position and velocity of the joint it acts on; 0 without one */
+  const double *pose;        /* [n], 7 each: pose of the mount in the world */
+  const double *twist;       /* [n], 6 each: twist of the mount, world frame */
+  const double *joint;       /* [n], 2 each: position and velocity of the joint it acts on; 0 without a joint */
   const double *const *command; /* [n] the command buffer: `n_commands` of the kind */
-  double *wrench;            /* [n], 6 each: force N at the mount's origin and torque N m, world; zeroed. Acts for dt */
-  double *effort;            /* [n] torque N m or force N added to the joint's; zeroed. Acts for dt */
-  tatu_status *status;       /* [n] as for sensors; a number that is not finite counts as a failure */
+  double *wrench;            /* [n], 6 each: force (N) at the mount's origin, torque (N m), world; acts for dt; zeroed */
+  double *effort;            /* [n] torque (N m) or force (N) added to that of the joint; acts for dt; zeroed */
+  tatu_status *status;       /* [n] as for sensors; an output that is not finite is a failure of its actuator */
   void *const *fields;       /* [n * n_fields] output buffers of readings; host-owned, zeroed */
-  const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
+  const uint64_t *const *lengths; /* [n], n_fields each: number of elements of each field */
   uint32_t n_fields;
   uint32_t reserved;
 } tatu_actuator_batch;
@@ -42,14 +43,14 @@ typedef struct tatu_actuator_batch {
 typedef struct tatu_actuator {
   uint32_t size;
   uint32_t flags;                    /* TATU_ACTUATOR_* */
-  uint32_t n_commands;               /* numbers in the command buffer of an instance: as many as `commands` */
+  uint32_t n_commands;               /* size of an instance's command buffer: the number of entries in `commands` */
   uint32_t reserved;
   const char *id;
   const char *text;
   const tatu_param *const *params;
-  const tatu_param *const *commands; /* declarations of these numbers, each of type TATU_F64 */
+  const tatu_param *const *commands; /* declarations of the commands, each of type TATU_F64 */
   const tatu_life *life;
-  /* [parallel] Turns commands into forces. Rules as for `measure`. */
+  /* [parallel] Converts commands to forces. The rules of tatu_sensor.measure apply. */
   tatu_status(TATU_CALL *apply)(void *self, const tatu_actuator_batch *, tatu_error *);
   /* The readings of the actuator itself, such as its speed and current, which are read like those of a sensor: `apply`
    * fills the fields in each call; the last values of a step are retained. Their shapes are fixed. Null: none. */

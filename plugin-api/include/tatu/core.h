@@ -22,12 +22,12 @@ extern "C" {
 #define TATU_ABI_MAJOR 0 /* must match; 0 until release 1.0 */
 #define TATU_ABI_MINOR 6 /* increased whenever a table grows; checked only against tatu_need.minor */
 
-/* End of a field within its table, bytes. */
+/* Offset of the end of a field in its table, in bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
-/* Whether the table that another party filled has this scalar or pointer field, and the field is not 0. */
+/* Whether a table that another party filled includes this scalar or pointer field, with a value other than 0. */
 #define TATU_HAS(t, f) ((t) && TATU_END(t, f) <= (t)->size && (t)->f)
-/* Whether the table that another party filled has this field at all: for struct fields, and for scalars where 0 has a
- * meaning. */
+/* Whether a table that another party filled includes this field, whatever its value: for struct fields, and for scalars
+ * for which 0 is a valid value. */
 #define TATU_KNOWS(t, f) ((t) && TATU_END(t, f) <= (t)->size)
 
 /* ---------------------------------------------------------------- Declaring tables ------------------------------ */
@@ -35,11 +35,11 @@ extern "C" {
 /* Macros for tables and lists as compound literals, in C; C++ has tatu/plugin.hpp. At file scope they are constants:
  *
  *   static const tatu_sensor lamp = {.size = sizeof(tatu_sensor), .id = "lamp",
- *     .params = TATU_PARAMS(TATU_PARAM(TATU_F64, "range", "m", "How far it sees.", TATU_RANGE(0.1, 20))), ...};
+ *     .params = TATU_PARAMS(TATU_PARAM(TATU_F64, "range", "m", "Maximum range.", TATU_RANGE(0.1, 20))), ...};
  *   TATU_PLUGIN(TATU_SENSORS(&lamp), .id = "org.example.lamp", .name = "Lamp", .version = "1.0.0", .licence = "MIT");
  *
- * Inside a function they live until the end of the block. A macro whose last argument is a text accepts further fields
- * after it, by name. */
+ * Within a function, such a table lives until the end of the block. A macro whose last argument is a text accepts
+ * further fields after it, by name. */
 #ifndef __cplusplus
 /* A pointer to a table with these fields; the macro sets `size`. */
 #  define TATU_TABLE(Type, ...) (&(const Type){.size = sizeof(Type), __VA_ARGS__})
@@ -50,7 +50,7 @@ extern "C" {
  * within the block. */
 #  define TATU_VALUES(...) \
     ((const tatu_value[]){__VA_ARGS__}), (uint32_t)(sizeof((const tatu_value[]){__VA_ARGS__}) / sizeof(tatu_value))
-/* An array of entries of a map, made by tatu_entry, as pointer and count; valid within the block. */
+/* An array of map entries, built by tatu_entry, as two arguments, pointer and count. Valid within the block. */
 #  define TATU_ENTRIES(...) \
     ((const tatu_pair[]){__VA_ARGS__}), (uint32_t)(sizeof((const tatu_pair[]){__VA_ARGS__}) / sizeof(tatu_pair))
 #endif
@@ -65,8 +65,8 @@ typedef struct tatu_str {
   uint64_t len;
 } tatu_str;
 
-/* An object of a world: generation << 20 | slot. 0: none, or the world itself. Scripts see only the slot, as the
- * handle. Generation 0 means "whatever is in that slot now" and is meant for numbers passed by a script. */
+/* An object of a world: generation << 20 | slot. 0: no object, or the world itself. Scripts receive only the slot, as
+ * the handle. Generation 0 means "whatever is in that slot now" and is meant for handles passed by a script. */
 typedef uint64_t tatu_object;
 #define TATU_SLOT_BITS 1048575 /* 20 */
 #define TATU_SLOT(o) ((uint32_t)((o) & TATU_SLOT_BITS))
@@ -101,7 +101,7 @@ enum tatu_tag {
  *   nil, true, an integer, another number        NIL, BOOL, I64, F64
  *   string                                       TEXT, whatever bytes it holds
  *   {1, 2}, {1.5, 2}                             I64S, F64S: a table with keys 1 to n whose values are numbers
- *   {'a', 2}, {{1}, {2}}                         LIST: the same with other values
+ *   {'a', 2}, {{1}, {2}}                         LIST: a table with keys 1 to n and any other values
  *   {a = 1}, {[2] = 1}                           MAP: a table with any other key
  *   {}                                           LIST of 0
  *   a function                                   FUNC
@@ -160,7 +160,7 @@ static inline tatu_value tatu_span(uint32_t tag, const void *ptr, uint64_t len) 
 
 /* An object as a value; scripts receive its handle. */
 static inline tatu_value tatu_handle(tatu_object x) { tatu_value v = {TATU_OBJECT, 0, {0}}; v.u.u = x; return v; }
-/* A list, a map, and one entry of a map. The caller still owns the memory that they point to: see TATU_VALUES and
+/* A list, a map, and one entry of a map. They point to the caller's memory and do not copy it: see TATU_VALUES and
  * TATU_ENTRIES. */
 static inline tatu_value tatu_list_of(const tatu_value *values, uint64_t n) { return tatu_span(TATU_LIST, values, n); }
 static inline tatu_value tatu_map_of(const tatu_pair *entries, uint64_t n) { return tatu_span(TATU_MAP, entries, n); }
@@ -176,7 +176,7 @@ static inline int tatu_str_is(tatu_str a, const char *b) {
   for (i = 0; i < a.len && b[i] && a.ptr[i] == b[i]; i++) {}
   return i == a.len && !b[i];
 }
-/* A value as a number; 0 if it is not a number. */
+/* Converts an F64 or I64 value to a double; 0 for values of all other types. */
 static inline double tatu_to_float(tatu_value v) {
   return v.tag == TATU_F64 ? v.u.f : v.tag == TATU_I64 ? (double)v.u.i : 0;
 }
@@ -202,17 +202,17 @@ enum tatu_status_code {
   TATU_WAIT = 1,              /* the command will finish later; see tatu_call_api.wait */
   TATU_ERR = -1,              /* failed; see the message */
   TATU_ERR_ARGUMENT = -2,     /* an argument has the wrong type, count, size or range */
-  TATU_ERR_MISSING = -3,      /* no object, field, property or file of that name */
-  TATU_ERR_GONE = -4,         /* an object, script or result that existed, but has been removed or has ended */
+  TATU_ERR_MISSING = -3,      /* there is no object, field, property or file with that name */
+  TATU_ERR_GONE = -4,         /* an object, script or result existed, but has been removed or has ended */
   TATU_ERR_UNSUPPORTED = -5,  /* recognized, but not supported here */
-  TATU_ERR_UNKNOWN = -6,      /* no command of that name */
-  TATU_ERR_SCRIPT = -7,       /* an error raised by a script */
-  TATU_ERR_BUDGET = -8,       /* a script exceeded its instruction limit: it is not called again */
+  TATU_ERR_UNKNOWN = -6,      /* there is no command with that name */
+  TATU_ERR_SCRIPT = -7,       /* a script raised an error */
+  TATU_ERR_BUDGET = -8,       /* a script exceeded its instruction limit; it is not called again */
   TATU_ERR_PANIC = -9,        /* a plugin panicked; the panic was caught */
-  TATU_ERR_BUSY = -10,        /* not possible from within this call */
+  TATU_ERR_BUSY = -10,        /* not allowed from within the running call */
   TATU_ERR_SPACE = -11,       /* a buffer is too small; the needed count is returned */
   TATU_ERR_PHYSICS = -12,     /* the physics engine lost a body */
-  TATU_ERR_MEMORY = -13       /* a script exceeded its memory limit: it may continue with less */
+  TATU_ERR_MEMORY = -13       /* a script exceeded its memory limit; it may continue if it uses less */
 };
 
 typedef struct tatu_error tatu_error;
@@ -223,8 +223,8 @@ struct tatu_error {
   uint32_t size;
   int32_t code; /* TATU_OK while the error is empty */
   void *ctx;    /* private to the host */
-  /* [any] Sets the error: a negative code and one sentence: what, where, what was expected. Text beyond 16 KiB is cut
-   * off, here and in `add`. */
+  /* [any] Sets the error: a negative code, and one sentence that states what is wrong, where, and what was expected.
+   * Text beyond 16 KiB is cut off, here and in `add`. */
   void(TATU_CALL *say)(tatu_error *, tatu_status code, tatu_str text);
   /* [any] Adds a part: enum tatu_error_part; `line` counts from 1 and is used with TATU_PART_FILE. */
   void(TATU_CALL *add)(tatu_error *, uint32_t part, tatu_str text, uint64_t line);
@@ -236,25 +236,27 @@ struct tatu_error {
 };
 enum tatu_error_part { TATU_PART_HELP = 1, TATU_PART_FILE = 2, TATU_PART_TRACEBACK = 3 };
 
-/* Sets an error, and returns the code: `return tatu_fail(error, TATU_ERR, "...");`. */
+/* Sets an error and returns its code: `return tatu_fail(error, TATU_ERR, "...");`. */
 static inline tatu_status tatu_fail(tatu_error *e, tatu_status code, const char *text) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   return code;
 }
 
-/* The same, with a help text: what to do instead. */
+/* As tatu_fail, with a help text that states what to do instead. */
 static inline tatu_status tatu_fail_help(tatu_error *e, tatu_status code, const char *text, const char *help) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   if (TATU_HAS(e, add)) e->add(e, TATU_PART_HELP, tatu_text(help), 0);
   return code;
 }
-/* The same, with the position of the error, for importers and languages. An empty file name: the source itself. */
+/* As tatu_fail, with the position of the error, for importers and languages. An empty file name stands for the source
+ * itself. */
 static inline tatu_status tatu_fail_line(tatu_error *e, tatu_status code, const char *text, tatu_str file, uint64_t line) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   if (TATU_HAS(e, add)) e->add(e, TATU_PART_FILE, file, line);
   return code;
 }
-/* Passes on the error of a command or function that was called, from its frame.error. */
+/* Copies the error of a command or function that was called (its frame.error) to the caller's error, and returns the
+ * code. */
 static inline tatu_status tatu_fail_as(tatu_error *e, tatu_status code, const tatu_error *why) {
   if (why == e || !TATU_HAS(e, say)) return code;
   if (!TATU_HAS(why, code)) return tatu_fail(e, code, "the call failed without an error message");
@@ -271,25 +273,25 @@ enum tatu_param_flag {
   /* of a sensor or actuator: */
   TATU_PARAM_REBUILDS = 1, /* a change destroys the instance and creates a new one */
   TATU_PARAM_READ_ONLY = 2,
-  TATU_PARAM_OPTIONAL = 4, /* of a command: may be omitted or nil; it is then the default, or nil without one */
+  TATU_PARAM_OPTIONAL = 4, /* of a command: may be omitted or nil; the command then receives the default, or nil */
   TATU_PARAM_REST = 8,     /* of a command, last parameter only: accepts all remaining arguments */
   TATU_PARAM_ANY = 16      /* any type; `type` is ignored */
 };
 
 /* Declaration of a parameter of an instance, or of a parameter or result of a command. Scene files append the unit to
- * the key: with unit "m", `range` is written `range_m`; with "rad" it is written in degrees, `_deg`. Values crossing
- * the ABI are always SI and radians. A parameter of type TATU_OBJECT also accepts a script's handle, and passes it as
- * an object of generation 0; the service that receives it checks whether the object exists. */
+ * the key: with unit "m", `range` is written `range_m`; with unit "rad", `angle` is written `angle_deg`, in degrees.
+ * Values that cross the ABI are always in SI units and radians. A parameter of type TATU_OBJECT also accepts a script's
+ * handle, and passes it as an object of generation 0; the service that receives it checks whether the object exists. */
 typedef struct tatu_param {
   uint32_t size;
   uint32_t type;       /* TATU_BOOL, I64, F64, TEXT, BYTES, F64S, LIST, MAP, FUNC or OBJECT */
   uint32_t count;      /* number of array elements; 0: any */
-  uint32_t flags;      /* TATU_PARAM_*, a sum */
+  uint32_t flags;      /* sum of TATU_PARAM_* */
   const char *key;     /* "range" */
   const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "J", "W", "V", "A", "K", "Pa", "T", "1"; null: none */
-  double lowest;       /* minimum; -HUGE_VAL: none. Both bounds 0: no bounds */
-  double highest;      /* maximum; HUGE_VAL: none */
-  tatu_value fallback; /* the default; nil: required (unless optional) */
+  double lowest;       /* minimum; -HUGE_VAL: no minimum. If both are 0, there are no bounds */
+  double highest;      /* maximum; HUGE_VAL: no maximum */
+  tatu_value fallback; /* default value; nil: the parameter is required, unless it is optional */
   const char *const *choices; /* allowed texts, null-terminated; null: any */
   const char *text;    /* one sentence */
   const struct tatu_param *const *keys; /* of a TATU_MAP: its text keys; null or beyond `size`: any. Entries are checked
@@ -297,11 +299,11 @@ typedef struct tatu_param {
 } tatu_param;
 
 #ifndef __cplusplus
-/* A parameter: type, key, unit (NULL: none), text, and further fields by name:
+/* Declares a parameter: type, key, unit (NULL: none), text, and further fields by name:
  *   TATU_PARAM(TATU_F64S, "goal", "m", "x and y in the world.", .count = 2) */
 #  define TATU_PARAM(Type, Key, Unit, ...) \
     TATU_TABLE(tatu_param, .type = (Type), .key = (Key), .unit = (Unit), .text = __VA_ARGS__)
-/* A parameter that accepts any value. */
+/* Declares a parameter that accepts a value of any type. */
 #  define TATU_PARAM_OF_ANY_TYPE(Key, ...) TATU_TABLE(tatu_param, .flags = TATU_PARAM_ANY, .key = (Key), .text = __VA_ARGS__)
 /* A list of parameters. */
 #  define TATU_PARAMS(...) TATU_LIST_OF(tatu_param, __VA_ARGS__)
@@ -320,16 +322,16 @@ typedef struct tatu_param {
 typedef struct tatu_instance {
   uint32_t size;
   uint32_t n_params;
-  tatu_world *world;        /* null for a service; its properties may be read in `create` */
+  tatu_world *world;        /* null for a service; `create` may read properties of the world */
   tatu_object owner;        /* sensor, actuator or script object; 0 for a world instance */
-  uint64_t id;              /* of this instance, unique in its world */
-  uint64_t seed;            /* derived from the scene's seed and the owner: the same in every run */
+  uint64_t id;              /* id of this instance, unique in its world */
+  uint64_t seed;            /* derived from the scene's seed and the owner, so it is the same in every run */
   const tatu_value *params; /* in the order of declaration, defaults filled in */
-  void *state;              /* the state block: host-owned, zeroed, at a fixed address until destroy; null if it has no bytes */
-  tatu_session *session;    /* of a service: the session that starts it; null for all others */
+  void *state;              /* state block: host-owned, zeroed, at a fixed address until destroy; null if its size is 0 */
+  tatu_session *session;    /* for a service, the session that starts it; otherwise null */
 } tatu_instance;
 
-/* Receives what `save` writes; provided by the host. */
+/* The host's sink for the bytes that `save` writes. */
 typedef struct tatu_writer {
   uint32_t size;
   uint32_t reserved;
@@ -337,64 +339,67 @@ typedef struct tatu_writer {
   void(TATU_CALL *write)(const struct tatu_writer *, const void *bytes, uint64_t n);
 } tatu_writer;
 
-/* The life cycle of instances. All functions but `create` and `destroy` may be null; so may these two, together, if the
- * instance is only its state block (not for languages). Stopping and resetting a world recreates its instances, but see
- * `end_run`. */
+/* The life cycle of instances. All functions except `create` and `destroy` may be null. These two may both be null if
+ * an instance consists only of its state block, except in languages. Stopping or resetting a world recreates its
+ * instances, but see `end_run`. */
 typedef struct tatu_life {
   uint32_t size;
-  uint32_t state_bytes; /* size of the state block: without pointers; copied by snapshots, zeroed at reset */
-  /* [setup] Creates an instance; `*data` is passed to every later call. */
+  uint32_t state_bytes; /* size of the state block, which has no pointers; copied by snapshots, zeroed at reset */
+  /* [setup] Creates an instance, and sets `*data`, which is passed to every later call. */
   tatu_status(TATU_CALL *create)(void *self, const tatu_instance *, void **data, tatu_error *);
   /* [setup] Destroys the instance. */
   void(TATU_CALL *destroy)(void *data);
-  /* [step] Parameters of a live sensor or actuator changed: `params` holds all, `changed` has a bit for each of the
-   * first 64, in the order of declaration. A sensor's `beams` is called next. An error restores the old values and is
-   * reported to whoever set them. Not called for parameters with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED
-   * without a message: the instance is recreated. */
+  /* [step] Applies changed parameters to a live sensor or actuator. `params` contains the values of all parameters;
+   * `changed` has a bit for each of the first 64, in the order of declaration. A sensor's `beams` is called next. If
+   * `configure` fails, the old values are restored, and the caller that set the new ones receives the error. Not called
+   * for parameters with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED without a message: the instance is
+   * recreated. */
   tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
-  /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: not possible now; the message says why.
-   * Null: an instance whose `data` is null has nothing more; any other is reported as missing from the snapshot. */
+  /* [step] Writes the state that is not in the state block. TATU_ERR_UNSUPPORTED: not possible now; the message gives
+   * the reason. If the function is null, an instance whose `data` is null has no further state, and any other instance
+   * is reported as missing from the snapshot. */
   tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
-  /* [step] Restores what `save` wrote into an instance made with the same parameters. `version` is the writer's; the
-   * state block has already been restored if it equals the instance's own (else it is zero). After a failure the
-   * instance is recreated. When a file is reloaded, `save` is the old version's and `load` the new one's. */
+  /* [step] Restores what `save` wrote, in an instance that was created with the same parameters.
+   * `version` is the writer's. If it equals that of this kind, the state block has already been restored; otherwise
+   * the block is zero. If the function fails, the instance is recreated. When a plugin file is reloaded, the old plugin
+   * saves and the new one loads. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
-  uint32_t version; /* of the state block and of what `save` writes; numbered by the plugin */
+  uint32_t version; /* version of the state block and of the bytes that `save` writes; chosen by the plugin */
   uint32_t reserved;
-  /* [step] Only for the per-world instance of a command plugin: the scripts of the run have ended, and the scene is
-   * reset next. Drops the data of these scripts, and retains the data of scripts that outlive runs ("script.kind" is
-   * neither "main" nor "child"). Null, or an error: the instance is recreated. */
+  /* [step] Called only for the per-world instance of a command plugin, when the scripts of a run have ended, before the
+   * scene is reset. Drops the data of these scripts, and retains that of scripts that outlive the run ("script.kind" is
+   * neither "main" nor "child"). If the function is null or fails, the instance is recreated. */
   tatu_status(TATU_CALL *end_run)(void *self, void *data, tatu_world *, tatu_error *);
 } tatu_life;
 
 /* Allocates zeroed memory for an instance, or for the `self` of a plugin, and stores its address in `*data`. If no
- * memory is left, sets the error and returns null. tatu_delete frees the memory, as `destroy` or `shutdown`. */
+ * memory is left, sets the error and returns null. tatu_delete frees the memory; use it as `destroy` or `shutdown`. */
 static inline void *tatu_new(size_t size, void **data, tatu_error *error) {
   *data = calloc(1, size);
   if (!*data) tatu_fail(error, TATU_ERR_SPACE, "out of memory");
   return *data;
 }
 static inline void TATU_CALL tatu_delete(void *data) { free(data); }
-/* `save` and `load` of instances that their parameters and state block determine completely. */
+/* `save` and `load` for instances that are fully determined by their parameters and state block. */
 static inline tatu_status TATU_CALL tatu_save_nothing(void *data, const tatu_writer *to, tatu_error *error) {
   (void)data, (void)to, (void)error;
   return TATU_OK;
 }
 static inline tatu_status TATU_CALL tatu_load_nothing(void *data, tatu_str bytes, uint32_t version, tatu_error *error) {
   (void)data, (void)version;
-  return bytes.len ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "there is saved data, but the kind saves none") : TATU_OK;
+  return bytes.len ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "the saved data cannot be restored, because this kind saves none") : TATU_OK;
 }
 
 /* ---------------------------------------------------------------- Plugin and host ------------------------------- */
 
 typedef struct tatu_host tatu_host;
 
-/* The host, as seen by a plugin; valid from `init` to the end of `shutdown`. */
+/* The host's interface to a plugin; valid from `init` to the end of `shutdown`. */
 struct tatu_host {
   uint32_t size;
-  uint32_t abi_minor; /* of the host */
+  uint32_t abi_minor; /* TATU_ABI_MINOR of the host */
   void *ctx;          /* private to the host */
-  /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid for the lifetime of the host. */
+  /* [any] Returns the table of a service ("tatu.host.scene/draft.4"), or null. Valid for the lifetime of the host. */
   const void *(TATU_CALL *service)(const tatu_host *, const char *id);
   /* The folder of the plugin's assets, `tatu_NAME.assets` beside its library `libtatu_NAME.so`: an absolute path, or
    * null if there is no such folder. Read its files in `init`, so that they cannot change during a run. */
@@ -406,8 +411,8 @@ struct tatu_host {
 typedef struct tatu_need {
   uint32_t size;
   uint32_t optional; /* 0: the plugin is not loaded without it */
-  const char *id;    /* "tatu.host.scene/draft.4"; null: the host itself, by `minor` */
-  uint32_t bytes;    /* minimum size of its table: its sizeof, or TATU_END of the last field used; 0: any */
+  const char *id;    /* "tatu.host.scene/draft.4"; null: the host itself, of which only `minor` is checked */
+  uint32_t bytes;    /* minimum size of the service's table: its sizeof, or TATU_END of the last field used; 0: any */
   uint32_t minor;    /* minimum abi_minor of the host; 0: any */
 } tatu_need;
 
@@ -417,25 +422,26 @@ typedef struct tatu_plugin_t {
   uint16_t abi_major; /* TATU_ABI_MAJOR */
   uint16_t abi_minor; /* TATU_ABI_MINOR */
   const char *id;      /* "org.example.gripper": unique; scenes and messages use it */
-  const char *name;    /* for display */
+  const char *name;    /* name for display */
   const char *version; /* "1.2.0" */
   const char *licence; /* SPDX, "MIT" */
   const tatu_need *const *needs; /* null, or a null-terminated list */
-  /* [setup] Starts the plugin; `*self` (may be null) is passed to every later call. May get services, and call only
-   * their [any] functions. Null: nothing to start. */
+  /* [setup] Starts the plugin, and sets `*self`, which may be null and is passed to every later call. It may request
+   * services, but call only their [any] functions. Null: nothing to start. */
   tatu_status(TATU_CALL *init)(const tatu_host *, void **self, tatu_error *);
   /* [setup] Ends the plugin, after all its instances have been destroyed. Null: nothing to do. */
   void(TATU_CALL *shutdown)(void *self);
-  /* [setup] The table of an extension ("tatu.command/draft.4"), or null. Owned by the plugin until shutdown. */
+  /* [setup] Returns the table of an extension ("tatu.command/draft.4"), or null. The plugin owns the table, which must
+   * be valid until shutdown. */
   const void *(TATU_CALL *extension)(void *self, const char *id);
 } tatu_plugin_t;
 
 extern TATU_EXPORT const tatu_plugin_t tatu_plugin;
 
-/* One extension that a plugin offers, as TATU_PLUGIN lists them. */
+/* One extension that a plugin offers, as listed in TATU_PLUGIN. */
 typedef struct tatu_offer {
   const char *id;    /* TATU_COMMAND, TATU_SENSOR, ... */
-  const void *table; /* its tatu_ext_ table */
+  const void *table; /* a tatu_ext_command, tatu_ext_sensor, ... */
 } tatu_offer;
 static inline const void *tatu_find_offer(const tatu_offer *offers, const char *id) {
   while (offers->id && !tatu_str_is(tatu_text(id), offers->id)) offers++;
@@ -457,14 +463,15 @@ static inline const void *tatu_find_offer(const tatu_offer *offers, const char *
 #  define TATU_OFFERS(...) __VA_ARGS__
 /* One extension: its id, the type of its table, and the fields of the table. */
 #  define TATU_OFFER(Id, Type, ...) {(Id), TATU_TABLE(Type, __VA_ARGS__)}
-/* A need for a whole service, by the type of its table and its id. host.h defines one for each service. */
+/* Requires all functions of a service, given the type of its table and its id. host.h defines a macro for each
+ * service. */
 #  define TATU_NEED(Type, Id) TATU_TABLE(tatu_need, .id = (Id), .bytes = sizeof(Type))
 #  define TATU_NEEDS(...) TATU_LIST_OF(tatu_need, __VA_ARGS__)
 #endif
 
 /* ---------------------------------------------------------------- Readings and contacts ------------------------- */
 
-/* These types are frozen, too. */
+/* The types of this section are frozen. */
 
 /* Element types of a reading's field. */
 enum tatu_elem {
@@ -479,11 +486,11 @@ enum tatu_elem {
 /* One field of a sensor's last reading: host-owned, valid until that sensor is next measured or removed. */
 typedef struct tatu_field_view {
   const void *ptr;   /* first element */
-  uint64_t len;      /* elements */
+  uint64_t len;      /* number of elements */
   uint32_t elem;     /* TATU_ELEM_* */
   uint32_t dims[3];  /* shape, outermost first; unused ones are 1 */
   double time;       /* simulation time of the reading, s */
-  uint64_t sequence; /* how often the sensor has been measured; 0: never, or reset since */
+  uint64_t sequence; /* number of measurements so far; 0: not measured yet, or reset since */
 } tatu_field_view;
 
 /* Two shapes in contact. */

@@ -1,4 +1,4 @@
-/* tatu/event.h: events that a plugin declares. Publishing them: tatu_host_events in host.h. */
+/* tatu/event.h: declarations of the events that a plugin publishes with tatu_host_events (host.h). */
 #ifndef TATU_EVENT_H
 #define TATU_EVENT_H
 
@@ -10,14 +10,14 @@ extern "C" {
 
 #define TATU_EVENT "tatu.event/draft.4"
 
-/* Declaration of an event, by the plugin that publishes it (host.events); `tatu list events` shows it. Names without a
- * dot belong to the host ("collision"); those of a plugin begin with a name space ("gripper.closed"). */
+/* Declaration of an event by the plugin that publishes it; `tatu list events` prints it. Names without a dot
+ * ("collision") are reserved for the host; those of plugins begin with a name space ("gripper.closed"). */
 typedef struct tatu_event {
   uint32_t size;
   uint32_t reserved;
   const char *name;
   const char *text;                /* when it is published, one sentence */
-  const tatu_param *const *fields; /* of the payload, a map; null: empty */
+  const tatu_param *const *fields; /* entries of the payload, which is a map; null: the payload is empty */
 } tatu_event;
 
 typedef struct tatu_ext_event {

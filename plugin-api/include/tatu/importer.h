@@ -10,18 +10,20 @@ extern "C" {
 
 #define TATU_IMPORTER "tatu.importer/draft.4"
 
-/* Reads a file format into a document: for `[[import]]` in scenes, and for files opened as the scene. */
+/* An importer reads files of one format into a document, for `[[import]]` in scenes and for files that are opened as
+ * the scene. */
 typedef struct tatu_importer {
   uint32_t size;
   uint32_t reserved;
   const char *id;
   const char *text;
-  const char *const *suffixes;     /* ".urdf" */
+  const char *const *suffixes;     /* of file names: ".urdf" */
   const tatu_param *const *params;
-  /* [setup] Confidence, 0 to 100, that the importer can read a file that begins with `head`. Null: by suffix. */
+  /* [setup] Returns the confidence, 0 to 100, that the importer can read a file that begins with `head`. Null: only the
+   * suffix decides. */
   uint32_t(TATU_CALL *sniff)(void *self, tatu_str head);
-  /* [setup] Reads the file; object 1 of the build is the base. Malformed input must cause an error, never a crash. An
-   * error has its line in TATU_PART_FILE; an empty file name there means the source itself. */
+  /* [setup] Reads the file; object 1 of the build is the base. Malformed input must cause an error, never a crash. The
+   * error states its line in TATU_PART_FILE, where an empty file name stands for the source itself. */
   tatu_status(TATU_CALL *load)(void *self, tatu_str bytes, const tatu_builder *, const tatu_value *params,
                                tatu_error *);
 } tatu_importer;

@@ -1,5 +1,5 @@
-// tatu/plugin.hpp: plugins in C++17. A class declares what it offers, and its functions may throw: every exception is
-// caught at the border of the plugin and becomes an error. All of tatu.h can be used beside this header.
+// tatu/plugin.hpp: plugins in C++17. A plugin is a class that declares what it offers. Its functions may throw: every
+// exception is caught before it leaves the plugin, and is converted to an error. All of tatu.h can be used as well.
 //
 //   struct hello : tatu::plugin {
 //     static constexpr const tatu_need *needs[] = {nullptr}; // &tatu::need_scene, ... for `host.scene`
@@ -41,25 +41,25 @@ namespace tatu {
 // The exception that a function throws to fail with a code and, optionally, a help text.
 struct failure : std::runtime_error {
   tatu_status code;
-  std::string help, file, traceback; // what to do; where, if in a script; its call stack
-  uint64_t line = 0;                 // in `file`
+  std::string help, file, traceback; // what to do; for an error in a script, its file and its call stack
+  uint64_t line = 0;                 // line in `file`, from 1; 0: none
   explicit failure(tatu_status code_, const std::string &text, std::string help_ = {})
       : std::runtime_error(text), code(code_), help(std::move(help_)) {}
 };
 
 inline std::string to_string(tatu_str text) { return text.len ? std::string(text.ptr, text.len) : std::string(); }
-inline tatu_str to_str(const std::string &text) { return {text.data(), text.size()}; } // as long as the string lives
+inline tatu_str to_str(const std::string &text) { return {text.data(), text.size()}; } // valid while the string lives
 
 // Throws the error of a call or service that failed; has no effect if `status` is not negative.
 inline void check(tatu_status status, const tatu_error *why = nullptr) {
   if (status >= 0) return;
-  if (!TATU_HAS(why, code)) throw failure(status, ""); // without a text the host uses the service's
+  if (!TATU_HAS(why, code)) throw failure(status, ""); // without a text, the host uses the error of the service call
   failure f(status, to_string(why->text), to_string(why->help));
   f.file = to_string(why->file), f.line = why->line, f.traceback = to_string(why->traceback);
   throw f;
 }
 
-// Runs a function that may throw; sets the error and returns the status for the host.
+// Runs a function that may throw. If it throws, sets the error; returns the status for the host.
 template <typename Body> tatu_status guard(tatu_error *error, Body body) noexcept {
   try {
     body();
@@ -112,7 +112,7 @@ public:
     return n ? std::vector<double>(first, first + n) : std::vector<double>();
   }
 
-  // Values that live until the caller has read them.
+  // These functions create values that live until the caller has read them.
   tatu_value copy(const std::string &text) { return tatu_copy_text(&c, to_str(text)); }
   tatu_value copy(const std::vector<double> &x) { return tatu_copy_floats(&c, x.data(), x.size()); }
   tatu_value map(std::initializer_list<tatu_pair> entries) {
@@ -132,12 +132,12 @@ public:
   void give(const std::string &text) { give(copy(text)); }
   void give(const std::vector<double> &x) { give(copy(x)); }
 
-  // The plugin, and the state block of the world: plain data, saved and zeroed by the host.
+  // The plugin object, and the world's state block: plain data that the host saves and zeroes.
   template <typename Plugin> Plugin &plugin_as() const { return *static_cast<Plugin *>(static_cast<plugin *>(c.self)); }
   template <typename State> State &state() const { return *static_cast<State *>(c.state); }
   const tatu_host_api &host() const;
 
-  // Calls a function of a script, or a command by its name; returns the first result, or nil. Throws if the call fails.
+  // Calls a function of a script, or a command by its name, and returns its first result, or nil. Throws if it fails.
   tatu_value run(tatu_func f, std::initializer_list<tatu_value> args) {
     tatu_value results[16];
     tatu_call frame = frame_of(args, results);
@@ -154,15 +154,15 @@ public:
     check(done, frame.error); // separate statement: the call above sets frame.error
     return frame.n_results ? results[0] : tatu_nil();
   }
-  // Suspends the command for `steps` steps; return after it. The command is then called again with `resumed() == word`.
+  // Suspends the command for `steps` steps; the command must then return. It is called again with `resumed() == word`.
   void wait_steps(double steps, uint64_t word) {
     check(status = c.api->wait(&c, TATU_UNTIL_STEPS, steps, tatu_text(""), word), c.error);
   }
   uint64_t resumed() const { return c.resume; }
 };
 
-// Releases the memory of results that the block has received, by returning to a mark in the world's arena at the end of
-// the block. For loops that call many functions and do not store their results.
+// Releases, at the end of a block, the memory of all results that the block has received, by returning to a mark in the
+// world's arena. For loops that call many functions and do not store their results.
 class scratch {
   const tatu_host_commands *commands;
   tatu_world *world;
@@ -194,7 +194,7 @@ public:
   const tatu_param &table() const { return p; }
 };
 
-// Tables with fixed addresses, and the null-terminated list of pointers to them.
+// Stores tables at fixed addresses, with a null-terminated list of pointers to them.
 template <typename Table> class tables {
   std::deque<Table> all;
   std::vector<const Table *> pointers{nullptr};
@@ -208,7 +208,7 @@ public:
   const Table *const *list() const { return pointers.data(); }
 };
 
-// A command: its name and its function.
+// Declares a command, given its name and its function.
 class command {
   friend class plugin;
   tatu_command t{};
@@ -229,7 +229,7 @@ public:
   command &&subject(const char *word) && { return t.subject = word, std::move(*this); }
 };
 
-// One sensor while it is measured: its inputs, and the buffers of its fields.
+// One sensor of a batch during `measure`: its inputs, and the buffers of its fields.
 class sample {
   const tatu_sensor_batch &b;
   uint32_t i;
@@ -241,14 +241,15 @@ public:
   uint64_t beams() const { return b.first_beam[i + 1] - b.first_beam[i]; }
   const double *distances() const { return b.distance + b.first_beam[i]; }
   const double *pose() const { return b.pose + 7 * size_t(i); }
-  // Field `k`, from 0 in the order of declaration.
+  // Returns the buffer of field `k`; fields are numbered from 0 in the order of declaration.
   template <typename T> T *field(uint32_t k) const { return static_cast<T *>(tatu_field_of(&b, i, k)); }
-  // `n` normally distributed numbers, the same in every run.
+  // Writes `n` normally distributed numbers (mean 0, standard deviation 1), which are the same in every run.
   void normal(uint64_t n, double *out) const { b.random->normal(b.random, i, 0, n, out); }
 };
 
-// A kind of sensor. `Sensor` has a constructor from `const tatu_value *params`, `void configure(params)`,
-// `void beams(tatu_beams &)` and `void measure(const sample &)`; its parameters must determine its state.
+// Declares a kind of sensor. `Sensor` must have a constructor from `const tatu_value *params`, and the functions
+// `void configure(const tatu_value *params)`, `void beams(tatu_beams &)` and `void measure(const sample &)`. Its
+// parameters must fully determine its state.
 template <typename Sensor> class sensor {
   friend class plugin;
   tatu_sensor t{};
@@ -283,8 +284,8 @@ public:
   sensor &&inputs(uint32_t in) && { return t.inputs = in, std::move(*this); }
   sensor &&schema(const char *id) && { return schemas.insert(schemas.end() - 1, id), std::move(*this); }
   sensor &&takes(param p) && { return params.add(p.table()), std::move(*this); }
-  // A field of `count` numbers (0: one for each beam). `nothing` is the value for "no measurement"; `valid` names the
-  // field that is 0 where this one holds no measurement.
+  // Adds a field of `count` numbers (0: one for each beam). `nothing` is the value that stands for "no measurement";
+  // `valid` is the name of the field that is 0 where this one contains no measurement.
   sensor &&field(uint32_t elem, const char *name, const char *unit, const char *text, uint32_t count = 1,
                  const char *nothing = nullptr, const char *valid = nullptr) && {
     tatu_field f{};
@@ -301,10 +302,10 @@ public:
 
 // ---------------------------------------------------------------- The plugin ----------------------------------------
 
-// The base of a plugin. Its constructor declares what it offers; nothing in it changes afterwards.
+// Base class of plugins. The constructor of the derived class declares what the plugin offers, which is then constant.
 class plugin {
   std::deque<command> commands;
-  std::vector<std::shared_ptr<void>> kept; // own the tables of sensors
+  std::vector<std::shared_ptr<void>> kept; // owners of the tables of sensors
   tables<tatu_command> all;
   std::vector<const tatu_sensor *> kinds{nullptr};
   tatu_ext_command ext_command{};
@@ -335,7 +336,7 @@ public:
   }
 
 protected:
-  // Tables of other extensions, by their ids.
+  // Returns the table of any other extension, given its id; may be overridden.
   virtual const void *other_extension(const char *) { return nullptr; }
 
   void offer(command given) {
@@ -353,7 +354,7 @@ protected:
     s->t.presets = s->presets.list(), s->t.life = &s->life;
     kinds.insert(kinds.end() - 1, &s->t);
   }
-  // Gives each world a block of plain data, call::state, which the host saves, restores and zeroes.
+  // Allocates a block of plain data for each world, call::state, which the host saves, restores and zeroes.
   template <typename State> void keep_per_world() {
     life.state_bytes = sizeof(State);
     ext_command.per_world = &life;
@@ -362,7 +363,7 @@ protected:
 
 inline const tatu_host_api &call::host() const { return static_cast<plugin *>(c.self)->host; }
 
-// The services that a plugin requires, for its `needs`.
+// Entries for a plugin's `needs`: the services that it requires.
 template <typename Table> constexpr tatu_need need(const char *id) { return {sizeof(tatu_need), 0, id, sizeof(Table), 0}; }
 inline constexpr tatu_need need_scene = need<tatu_host_scene>(TATU_HOST_SCENE);
 inline constexpr tatu_need need_bodies = need<tatu_host_bodies>(TATU_HOST_BODIES);
@@ -373,7 +374,7 @@ inline constexpr tatu_need need_events = need<tatu_host_events>(TATU_HOST_EVENTS
 inline constexpr tatu_need need_log = need<tatu_host_log>(TATU_HOST_LOG);
 inline constexpr tatu_need need_session = need<tatu_host_session>(TATU_HOST_SESSION);
 
-// The functions of the descriptor for a plugin class.
+// The functions in the descriptor of a plugin class.
 template <typename Plugin> struct entry {
   static tatu_status TATU_CALL init(const tatu_host *host, void **self, tatu_error *error) {
     return guard(error, [&] { *self = static_cast<plugin *>(new Plugin(host)); });
@@ -384,7 +385,7 @@ template <typename Plugin> struct entry {
 
 } // namespace tatu
 
-// Exports a class as the library's plugin: class, id, name, version, licence. `needs` is a static member of the class.
+// Exports a class as the library's plugin. `needs` must be a static member of the class.
 #define TATU_CPP_PLUGIN(Class, Id, Name, Version, Licence)                                                                \
   const tatu_plugin_t tatu_plugin = {sizeof(tatu_plugin_t), TATU_ABI_MAJOR, TATU_ABI_MINOR, Id, Name, Version, Licence,   \
                                      Class::needs, tatu::entry<Class>::init, tatu::entry<Class>::shutdown,                \

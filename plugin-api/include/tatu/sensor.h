@@ -20,7 +20,7 @@ enum tatu_beam_form {
   TATU_BEAMS_CONE = 3,     /* volume with a round far end: dims = {half angle}; 0 to pi */
   TATU_BEAMS_PYRAMID = 4,  /* volume with flat ends at heights near_m and far_m (finite) along +z:
                               dims = {x near, y near, x far, y far}, their full sizes in m */
-  TATU_BEAMS_CYLINDER = 5, /* the same with round ends: dims = {radius near, radius far} in m */
+  TATU_BEAMS_CYLINDER = 5, /* as PYRAMID, with round ends: dims = {radius near, radius far} in m */
   TATU_BEAMS_DISC = 6,     /* volume, a flat sector around +z in the plane of x and z, with round ends: dims = {full
                               angle, up to 2 pi; height in m, centred on y = 0; full angle of a gap around +z,
                               0: none} */
@@ -30,10 +30,10 @@ enum tatu_beam_flag {
   TATU_BEAMS_NO_FRONT = 1,  /* front faces are not detected */
   TATU_BEAMS_NO_BACK = 2,   /* back faces are not detected */
   TATU_BEAMS_SKIP_MODEL = 4, /* objects of the sensor's own model are not detected */
-  TATU_BEAMS_VISIBLE = 8,   /* detects visible objects, as a camera does; otherwise detectable ones */
-  TATU_BEAMS_OCCLUDE = 16,  /* the nearest point in a volume counts only if no surface, front or back, at any incidence,
-                             * lies between it and the sensor; otherwise nothing is detected */
-  TATU_BEAMS_AIMED = 32     /* rays whose origins and directions `tatu_sensor.aim` sets before each cast */
+  TATU_BEAMS_VISIBLE = 8,   /* detects visible objects, as a camera does; without it, detectable objects */
+  TATU_BEAMS_OCCLUDE = 16,  /* the nearest point in a volume is detected only if no surface, front or back, at any
+                             * incidence, lies between it and the sensor; otherwise nothing is detected */
+  TATU_BEAMS_AIMED = 32     /* `tatu_sensor.aim` sets the origins and directions of the rays before each cast */
 };
 
 /* Physical kind of the beams. A beam detects a shape if it shares a bit with "shape.detectable_mask". */
@@ -46,15 +46,15 @@ enum tatu_wave {
   TATU_WAVES_ALL = 65535
 };
 
-/* The beams that a sensor sends out. Filled by the plugin; `size` is set by the host. The optical axis of an image
- * (GRID, PARALLEL) is +z, with +y up and +x to the left; near_m and far_m are planes normal to it. Its pixels are
- * ordered by rows, from the bottom up, and from left to right within a row. */
+/* The beams that a sensor emits. The plugin fills in all fields except `size`, which the host sets. The optical axis of
+ * an image (GRID, PARALLEL) is +z, with +y up and +x to the left; near_m and far_m are distances of planes normal to
+ * it. Its pixels are ordered by rows, from the bottom up, and from left to right within a row. */
 typedef struct tatu_beams {
   uint32_t size;
   uint32_t form;            /* enum tatu_beam_form */
   uint32_t count[2];
-  double near_m;            /* minimum range; of a pyramid and a cylinder: the height of the near end */
-  double far_m;             /* maximum range; likewise */
+  double near_m;            /* minimum range, m; of a pyramid and a cylinder, the height of the near end */
+  double far_m;             /* maximum range, m; of a pyramid and a cylinder, the height of the far end */
   double dims[6];
   double max_incidence;     /* rad between line of sight and surface normal; pi/2: no limit */
   const double *directions; /* 3 per ray, unit vectors, sensor frame; owned by the instance, valid until the next `beams` */
@@ -62,17 +62,17 @@ typedef struct tatu_beams {
   uint32_t reserved;
   uint32_t waves;           /* sum of TATU_WAVES_*; preset to TATU_WAVES_ALL; ignored for images */
   uint32_t reserved2;
-  uint32_t own[4];          /* dimensions of the instance's own, to which TATU_DIM_OWN refers in the shape of a field */
+  uint32_t own[4];          /* additional dimensions of this instance, to which TATU_DIM_OWN refers in the shape of a field */
   uint32_t without;         /* TATU_IN_*: inputs of the kind that this instance does not need; they are 0 in its pixels */
   uint32_t reserved3;
   const double *origins;    /* 3 per ray, m, sensor frame; null: all rays start at the sensor's origin. Owned as `directions` */
-  tatu_object observed;     /* shape, joint or force sensor that TATU_IN_JOINT, _CONTACTS and _WRENCH are of; 0: the nearest
-                             * of each kind at or above the sensor. If it is removed, the sensor is switched off. Motion is
-                             * always the sensor's own */
+  tatu_object observed;     /* shape, joint or force sensor whose state TATU_IN_JOINT, _CONTACTS and _WRENCH provide; 0: the
+                             * nearest of each kind at or above the sensor. If it is removed, the sensor is switched
+                             * off. Inputs of motion always refer to the sensor itself */
 } tatu_beams;
 
-/* Sets rays along unit vectors, 3 numbers each, which the instance continues to own; up to `far_m`, m, at any
- * incidence. */
+/* Sets `n` rays along unit vectors, 3 numbers each, with the range `far_m`, m, and any incidence. The instance keeps
+ * ownership of `directions`. */
 static inline void tatu_rays(tatu_beams *beams, uint32_t n, const double *directions, double far_m) {
   beams->form = TATU_BEAMS_RAYS;
   beams->count[0] = n;
@@ -91,10 +91,10 @@ enum tatu_input {
   TATU_IN_OBJECT = 8,   /* per beam: the object hit, 0: none */
   TATU_IN_POSE = 16,    /* per sensor: pose in the world */
   TATU_IN_TWIST = 32,   /* per sensor: twist of its mount, world frame */
-  TATU_IN_COLOR = 64,   /* 3 bytes red green blue. Per pixel: shaded; per beam: of the surface, unshaded */
+  TATU_IN_COLOR = 64,   /* 3 bytes red green blue; per pixel: shaded; per beam: colour of the surface, unshaded */
   TATU_IN_COSINE = 128, /* per pixel: cosine of the angle between line of sight and normal */
-  TATU_IN_PRIMITIVE = 256, /* per beam: index of the triangle or face of the object */
-  /* The following are for kinds with TATU_SENSOR_EVERY_PHYSICS_STEP. */
+  TATU_IN_PRIMITIVE = 256, /* per beam: index of the triangle or face of the object that was hit */
+  /* The following inputs are available only to kinds with TATU_SENSOR_EVERY_PHYSICS_STEP. */
   TATU_IN_ACCELERATION = 512, /* per sensor: acceleration of its origin, world frame, without gravity */
   TATU_IN_JOINT = 1024,       /* per sensor: state of a joint */
   TATU_IN_CONTACTS = 2048,    /* per sensor: contacts of a shape, with their forces */
@@ -103,10 +103,10 @@ enum tatu_input {
 
 /* ---------------------------------------------------------------- Fields ---------------------------------------- */
 
-/* In `dims` of a field: number of rows and of columns of the instance's image. */
+/* Values for `dims` of a field: the number of rows and the number of columns of the instance's image. */
 #define TATU_DIM_ROWS 4294967295u
 #define TATU_DIM_COLUMNS 4294967294u
-/* Plus 0 to 3: index into tatu_beams.own; if the value there is 0, the field is empty for this instance. */
+/* TATU_DIM_OWN + k, for k from 0 to 3, stands for tatu_beams.own[k]; if that is 0, the instance's field is empty. */
 #define TATU_DIM_OWN 4294967280u
 
 /* One field that a sensor kind fills, named "<schema>.<field>". */
@@ -118,15 +118,15 @@ typedef struct tatu_field {
   const char *name;    /* "proximity.distance" */
   const char *unit;
   const char *text;
-  const char *valid;   /* the field of this kind that is 0 where this one holds no measurement; null: as in the schema */
-  const char *nothing; /* numbers that stand for no measurement ("0", "0 0 0", "inf"), to which no noise is added; null: as in the schema */
+  const char *valid;   /* field of this kind that is 0 where this one contains no measurement; null: as in the schema */
+  const char *nothing; /* values that stand for "no measurement" ("0", "0 0 0", "inf"), to which no noise is added; null: as in the schema */
 } tatu_field;
 
 #ifndef __cplusplus
-/* A field of one number: element type, name, unit (NULL: none), text, and further fields by name:
- *   TATU_FIELD(TATU_ELEM_F64, "lamp.level", "1", "How much light comes back.", .valid = "lamp.seen", .nothing = "0") */
+/* Declares a field of one number: element type, name, unit (NULL: none), text, and further fields by name:
+ *   TATU_FIELD(TATU_ELEM_F64, "lamp.level", "1", "Reflected light, 0 to 1.", .valid = "lamp.seen", .nothing = "0") */
 #  define TATU_FIELD(Elem, Name, Unit, ...) TATU_FIELD_ARRAY(Elem, 1, Name, Unit, __VA_ARGS__)
-/* A field of `N` numbers; 0: one for each beam or pixel. */
+/* Declares a field of `N` numbers; 0: one number for each beam or pixel. */
 #  define TATU_FIELD_ARRAY(Elem, N, Name, Unit, ...) \
     TATU_TABLE(tatu_field, .elem = (Elem), .dims = {(N), 1, 1}, .name = (Name), .unit = (Unit), .text = __VA_ARGS__)
 /* A list of fields. */
@@ -136,26 +136,26 @@ typedef struct tatu_field {
 /* ---------------------------------------------------------------- Measuring ------------------------------------- */
 
 /* Random numbers for `measure`, for effects that declared noise cannot express. A number depends only on the scene's
- * seed, the sensor, how often it has been measured, and the number's index (`first` and up), not on other sensors or
- * the order of calls. Callable from any thread during the call that received it. */
+ * seed, the sensor, the number of its measurements so far, and the index of the number (from `first`), not on other
+ * sensors or the order of calls. Any thread may call these functions during the call that received the table. */
 typedef struct tatu_random {
   uint32_t size;
   uint32_t reserved;
   void *ctx;
-  /* `n` uniform numbers in [0, 1) for instance `i` of the batch. */
+  /* Writes `n` uniformly distributed numbers in [0, 1) for instance `i` of the batch. */
   void(TATU_CALL *uniform)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
-  /* `n` normally distributed numbers: mean 0, standard deviation 1. */
+  /* Writes `n` normally distributed numbers, mean 0, standard deviation 1, for instance `i` of the batch. */
   void(TATU_CALL *normal)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
 } tatu_random;
 
-/* The `n` sensors of one kind that are due. Arrays are null unless the kind declares the input. */
+/* The `n` sensors of one kind that are due. The arrays of an input are null unless the kind declares that input. */
 typedef struct tatu_sensor_batch {
   uint32_t size;
   uint32_t n;
   uint32_t n_fields;
   uint32_t reserved;
   double time;                    /* simulation time, s; with TATU_SENSOR_EVERY_PHYSICS_STEP: the middle of that step */
-  uint64_t step;                  /* number of the step, from 0 */
+  uint64_t step;                  /* index of the step, from 0 */
   void *const *data;              /* [n] instances */
   void *const *state;             /* [n] state blocks */
   const tatu_object *sensor;      /* [n] */
@@ -165,10 +165,10 @@ typedef struct tatu_sensor_batch {
   const double *normal;           /* per beam, 3 */
   const tatu_object *object;      /* per beam */
   const double *pose;             /* [n], 7 each */
-  const double *twist;            /* [n], 6 each: mean motion over the last step, from the difference of its poses; of a
-                                   * physics step: the engine's velocity */
+  const double *twist;            /* [n], 6 each: mean over the last step, from the difference of the poses; with
+                                   * TATU_SENSOR_EVERY_PHYSICS_STEP: the engine's velocity */
   void *const *fields;            /* [n * n_fields] output buffers; host-owned, zeroed */
-  tatu_status *status;            /* [n] TATU_OK; negative: that instance failed; it is switched off, the fault reported */
+  tatu_status *status;            /* [n] preset to TATU_OK; negative: the instance failed; it is switched off and reported */
   const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: no hit */
   const uint32_t *primitive;      /* per beam */
   const uint64_t *first_pixel;    /* [n + 1] index of each sensor's first pixel in the arrays below; null: no images */
@@ -178,15 +178,15 @@ typedef struct tatu_sensor_batch {
   const tatu_object *pixel_object; /* per pixel; 0: no hit. TATU_IN_OBJECT */
   const tatu_random *random;
   double *const *rays;            /* [n] with TATU_BEAMS_AIMED: 6 per ray, origin (m) and unit direction; else null */
-  const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
-  double dt;                      /* duration of the last step, s: of physics with the flag below, else of the world */
+  const uint64_t *const *lengths; /* [n], n_fields each: number of elements of each field */
+  double dt;                      /* duration of the last step, s; with TATU_SENSOR_EVERY_PHYSICS_STEP: of the physics step */
   double gravity[3];              /* m/s^2, world frame */
   const double *acceleration;     /* [n], 6 each: m/s^2 and rad/s^2, mean over the step; 0 if no dynamic shape
                                    * carries the sensor. TATU_IN_ACCELERATION */
   const double *joint;            /* [n], 3 each: position (rad or m), velocity and effort (N m or N) at the end of the
                                    * step; 0 without a joint. TATU_IN_JOINT */
   const uint64_t *first_contact;  /* [n + 1] index of each sensor's first contact in the arrays below */
-  const tatu_contact *contact;    /* shape[1] is the shape that is observed, so force and normal act on it.
+  const tatu_contact *contact;    /* shape[1] is the observed shape, so the force acts on it along `normal`.
                                    * TATU_IN_CONTACTS */
   const double *friction;         /* per contact, 3: friction on the observed shape, N, world frame */
   const double *wrench;           /* [n], 6 each: force (N), and torque (N m) about the sensor's origin, that the force
@@ -194,11 +194,12 @@ typedef struct tatu_sensor_batch {
                                    * TATU_IN_WRENCH */
 } tatu_sensor_batch;
 
-/* In `measure`: a pointer to the first element of field `k`, from 0 in the order of declaration, of sensor `i`. */
+/* For `measure`: returns a pointer to the first element of field `k` of sensor `i`; fields are numbered from 0 in the
+ * order of declaration. */
 static inline void *tatu_field_of(const tatu_sensor_batch *batch, uint32_t i, uint32_t k) {
   return batch->fields[(size_t)i * batch->n_fields + k];
 }
-/* The distances along the beams of sensor `i`, m, infinity if nothing was hit, and the number of beams. */
+/* Returns the distances along the beams of sensor `i`, m, infinity where nothing was hit, and their number in `*n`. */
 static inline const double *tatu_distances_of(const tatu_sensor_batch *batch, uint32_t i, uint64_t *n) {
   *n = batch->first_beam[i + 1] - batch->first_beam[i];
   return batch->distance + batch->first_beam[i];
@@ -206,8 +207,8 @@ static inline const double *tatu_distances_of(const tatu_sensor_batch *batch, ui
 
 /* ---------------------------------------------------------------- A kind of sensor ------------------------------ */
 
-/* Named settings: the keys that a scene would write for a sensor, as lines of TOML ("range_m = 5.6"), noise included.
- * A scene selects them with `preset = "<id>"`; its own keys override them. */
+/* Named settings for a sensor, including noise, as the lines of TOML that a scene file would contain ("range_m = 5.6").
+ * A scene selects them with `preset = "<id>"`; keys that the scene sets itself take precedence. */
 typedef struct tatu_preset {
   uint32_t size;
   uint32_t reserved;
@@ -218,9 +219,9 @@ typedef struct tatu_preset {
 
 enum tatu_sensor_flag {
   /* Sensors of motion, force and contact: `measure` is called after each physics step in which the sensor is due, and
-   * its reading is retained until the next. Inputs, `time` and `step` are those of the physics step: pose, twist and
-   * time are those of its middle. No beams are cast and no image is rendered. A request to measure such a sensor leaves
-   * its last reading unchanged. */
+   * its reading is retained until the next call. Inputs, `time` and `step` refer to the physics step; pose, twist and
+   * time to its middle. No beams are cast and no image is rendered. A request to measure such a sensor leaves its last
+   * reading unchanged. */
   TATU_SENSOR_EVERY_PHYSICS_STEP = 1
 };
 
@@ -228,27 +229,30 @@ enum tatu_sensor_flag {
 typedef struct tatu_sensor {
   uint32_t size;
   uint32_t inputs;                   /* TATU_IN_* */
-  const char *id;                    /* "proximity": what scenes write */
+  const char *id;                    /* "proximity": the kind's name in scene files */
   const char *text;
-  const char *const *schemas;        /* "proximity/1": what readers search for */
+  const char *const *schemas;        /* schemas that the fields fill, by which readers find sensors: "proximity/1" */
   const tatu_param *const *params;
   const tatu_field *const *fields;
   const tatu_life *life;
-  /* [setup] Gets the beams of an instance, at creation and after its parameters change. Null: none. */
+  /* [setup] Describes the beams of an instance, after its creation and after each change of its parameters. Null: the
+   * kind has no beams. */
   tatu_status(TATU_CALL *beams)(void *data, tatu_beams *, tatu_error *);
-  /* [parallel] Turns inputs into readings. May access only data, state and fields of its instances, and call only the
-   * log and the batch's `random`. A negative status switches off all instances of the batch. The host then adds the
-   * noise that the scene declares, except to values that stand for no measurement (see `nothing`, `valid`). */
+  /* [parallel] Converts inputs to readings. May access only the data, state and fields of its instances, and call only
+   * the log and the batch's `random`. If it returns a negative status, all instances of the batch are switched off. The
+   * host then adds the noise that the scene declares, except to values that stand for "no measurement" (see `nothing`
+   * and `valid`). */
   tatu_status(TATU_CALL *measure)(void *self, const tatu_sensor_batch *, tatu_error *);
   const tatu_preset *const *presets; /* may be null */
-  /* [parallel] Recomputes derived fields, with the same batch, after declared noise was added: latitude and longitude
-   * from a position, for instance. It overwrites them, so noise is declared for the field that they derive from. Not
-   * called if no sensor of the batch has noise, so `measure` must fill derived fields too. Access and status as for
-   * `measure`. Null: no derived fields. */
+  /* [parallel] Recomputes derived fields, with the same batch, after declared noise has been added: for instance,
+   * latitude and longitude from a position. It overwrites these fields, so noise must be declared for the field from
+   * which they are derived. Not called if no sensor of the batch has noise, so `measure` must also fill derived fields.
+   * The same access rules and status values as for `measure` apply. Null: no derived fields. */
   tatu_status(TATU_CALL *finish)(void *self, const tatu_sensor_batch *, tatu_error *);
-  /* [parallel] Before the cast, if an instance's rays are TATU_BEAMS_AIMED: may change `rays`, origins and unit
-   * directions in the sensor's frame, preset to the sensor's origin and the directions from `beams`; for devices that
-   * move while they scan, and rays that jitter. Hits and fields are not available yet; otherwise as `measure`. */
+  /* [parallel] Called before the cast for instances with TATU_BEAMS_AIMED. May change `rays`, the origins and unit
+   * directions in the sensor's frame, which are preset to the sensor's origin and the directions from `beams`; for
+   * devices that move while they scan, and for rays that jitter. Hits and fields are not available yet; otherwise as
+   * `measure`. */
   tatu_status(TATU_CALL *aim)(void *self, const tatu_sensor_batch *, tatu_error *);
   uint32_t flags; /* enum tatu_sensor_flag */
   uint32_t reserved;

@@ -1,4 +1,4 @@
-/* tatu/service.h: services: components that run beside worlds, such as a socket, a bridge or a view. */
+/* tatu/service.h: services, which are components that run beside worlds, such as a socket, a bridge or a viewer. */
 #ifndef TATU_SERVICE_H
 #define TATU_SERVICE_H
 
@@ -13,43 +13,46 @@ extern "C" {
 enum tatu_hold { TATU_GO = 0, TATU_HOLD = 1 };
 
 /* A component that runs beside worlds: a remote API, a bridge, a viewer, a recorder. It is created once per session,
- * while worlds come and go. It may block only in its own threads, and these may call only session.wake and log.write.
- * Its calls of commands.call and session.request are recorded in the input log, from which a run can be replayed; calls
- * of other functions are not. Numeric arrays in arguments are recorded as f64 or i64. A negative
- * status from `barrier`, `event` or `resume` switches the service off and is reported once. */
+ * and outlives the worlds of the session. It may block only in its own threads, and these may call only session.wake
+ * and log.write. Its calls of commands.call and session.request are recorded in the input log, from which a run can be
+ * replayed; calls of other functions are not. Numeric arrays in arguments are recorded as f64 or i64. If `barrier`,
+ * `event` or `resume` returns a negative status, the error is reported once and the service is switched off. */
 typedef struct tatu_service {
   uint32_t size;
   uint32_t flags; /* 0 */
   const char *id;
   const char *text;
   const tatu_param *const *params;
-  /* The life cycle of the service: `create` starts it in tatu_instance.session; `destroy` ends it, and joins its
-   * threads before it returns. `save` and `load` [step]: its state concerning one world, for snapshots of that world; a
-   * restored world ignores this state if the service is not running. `configure` is not called. */
+  /* The life cycle of the service. `create` starts it in tatu_instance.session; `destroy` ends it, and must join its
+   * threads before it returns. `save` and `load` are [step]: they write and restore the service's state that concerns
+   * one world, for snapshots of that world. If the service is not running when a world is restored, this state is
+   * ignored. `configure` is not called. */
   const tatu_life *life;
-  /* [step] Before each step, and while stopped or paused, but not in the passes that follow a stop: executes requests
-   * that are queued, never blocks, returns TATU_GO or TATU_HOLD. While any service holds, the session sleeps until
-   * session.wake, at most 0.1 s, and calls all again. */
+  /* [step] Executes queued requests, must not block, and returns TATU_GO or TATU_HOLD. Called before each step and
+   * while the world is stopped or paused, but not in the passes that follow a stop. While any service holds, the
+   * session sleeps until session.wake is called, for at most 0.1 s, and then calls all barriers again. */
   tatu_status(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step, tatu_error *);
-  /* [step] An event: name and payload, valid during the call. Delivered at the barrier: "started", "paused", "resumed",
-   * "fault" (a map: code, message, and where known plugin, object, file, line); at the end "stopped". Null: it receives
-   * no events. */
+  /* [step] Receives an event; name and payload are valid during the call. Events are delivered at the barrier:
+   * "started", "paused", "resumed", "fault" (a map with code and message, and with plugin, object, file and line if
+   * they are known) and, at the end of a run, "stopped". Null: the service receives no events. */
   tatu_status(TATU_CALL *event)(void *data, tatu_world *, tatu_str name, const tatu_value *payload, tatu_error *);
-  /* [step] A command that this service called with a wait token, and that returned TATU_WAIT, has finished: its results
-   * are in the frame, or `status` is negative and frame->error has the reason. Null: its commands cannot wait. */
+  /* [step] Called when a command has finished that this service called with a wait token and that returned TATU_WAIT:
+   * its results are in the frame, or `status` is negative and frame->error contains the reason. Null: commands that
+   * this service calls cannot wait. */
   tatu_status(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame,
                                  tatu_error *);
-  /* Names of the events that it receives, null-terminated; "*": all except the expensive ones ("collision",
-   * "separation", "contact"), which must be named. Null: the five above. */
+  /* Names of the events that the service receives, null-terminated; "*": all except the expensive ones ("collision",
+   * "separation", "contact"), which must be listed explicitly. Null: the five listed for `event`. */
   const char *const *events;
-  /* [step] Calls a client's function that this service passed as an argument; `local` is the number given to
-   * session.function. Arguments are in the frame; results go into it, in memory from commands.alloc. Only this call may
-   * block for a client: simulation time stands still, so poll session.interrupted. Commands that the client calls
-   * before it returns run nested in this call, and cannot wait. The results are recorded in the input log.
-   * TATU_ERR_GONE: the client has disconnected. Null: the service passes no functions. */
+  /* [step] Calls a client's function that this service passed as an argument; `local` is the number passed to
+   * session.function. Reads the arguments from the frame, and writes the results to it, in memory from commands.alloc.
+   * This is the only call that may block to wait for a client. Simulation time does not advance meanwhile, so poll
+   * session.interrupted. Commands that the client calls before it returns run nested in this call, and cannot wait. The
+   * results are recorded in the input log. TATU_ERR_GONE: the client has disconnected. Null: the service does not pass
+   * functions as arguments. */
   tatu_status(TATU_CALL *call_func)(void *data, tatu_world *, uint32_t local, tatu_call *frame);
-  /* [step] The last barrier: this world ends, and its pointer with it. The world is read-only; pending requests can
-   * still be answered. Null: nothing to do. */
+  /* [step] The last barrier of a world, whose pointer is invalid afterwards. The world is read-only; pending requests
+   * can still be answered. Null: nothing to do. */
   tatu_status(TATU_CALL *last)(void *data, tatu_world *, tatu_error *);
 } tatu_service;
 

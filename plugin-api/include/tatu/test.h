@@ -1,4 +1,4 @@
-/* tatu/test.h: for tests of plugins, in C and C++. The guide is docs/plugin-authors/testing.md.
+/* tatu/test.h: support for tests of plugins in C and C++. The guide is docs/plugin-authors/testing.md.
  *
  *   #include "tatu/test.h"
  *
@@ -10,9 +10,8 @@
  *
  *   TATU_TESTS(sees_the_wall);
  *
- * Each file in the folder `tests` of a plugin becomes a library of its own, which does not contain the plugin: the
- * tests use the plugin as scenes and scripts do. `tatu plugin test` builds the library and runs each test in its own
- * process.
+ * Each file in a plugin's folder `tests` is built as a separate library, which does not contain the plugin: the tests
+ * use the plugin as scenes and scripts do. `tatu plugin test` builds the library and runs each test in its own process.
  *
  * The plugin itself does not need this header, and tatu.h does not include it. */
 #ifndef TATU_TEST_H
@@ -31,7 +30,7 @@ extern "C" {
 
 /* ---------------------------------------------------------------- The host of tests ----------------------------- */
 
-/* A world that a test has opened. It belongs to the thread that opened it. */
+/* A world that a test has opened. Only the thread that opened it may use it. */
 typedef struct tatu_test_world tatu_test_world;
 
 /* Arguments of tatu_test_host.open. */
@@ -39,44 +38,45 @@ typedef struct tatu_test_setup {
   uint32_t size;
   uint32_t reserved;
   tatu_str scene;             /* the text of a scene file */
-  const char *folder;         /* to which file names in the scene are relative; null: the working folder */
+  const char *folder;         /* base of relative file names in the scene; null: the working folder */
   const char *const *plugins; /* libraries of plugins, or folders with them, besides the program's own; may be null */
 } tatu_test_setup;
 
-/* The host, as seen by tests: the library `tatuhost` beside the program, or the program itself. Its functions never end
- * the process. A function that fails returns null or a negative status, and `last_error` has the message: what, where,
- * and what was expected. Results returned by pointer are valid until the next call with the same world; texts of
- * `last_error`, until the next call on the same thread. */
+/* The host's interface to tests, in the library `tatuhost` beside the program, or in the program itself. Its functions
+ * never end the process. A function that fails returns null or a negative status, and `last_error` returns the message:
+ * what is wrong, where, and what was expected. Results returned by pointer are valid until the next call with the same
+ * world; texts from `last_error` are valid until the next call on the same thread. */
 typedef struct tatu_test_host {
   uint32_t size;
   uint32_t reserved;
   /* Opens a scene and starts it: time is 0, and nothing has been measured yet. */
   tatu_test_world *(TATU_CALL *open)(const tatu_test_setup *);
-  /* Stops a world and closes it; null is ignored. Negative: a fault occurred while it was stopped, or earlier, and
-   * `faults` has not returned it yet. */
+  /* Stops a world and closes it; null is ignored. Negative: a fault occurred, while stopping or earlier, that `faults`
+   * has not returned yet. */
   tatu_status(TATU_CALL *close)(tatu_test_world *);
   /* Runs `n` steps. Faults of scripts and plugins do not stop the world; see `faults`. */
   tatu_status(TATU_CALL *step)(tatu_test_world *, uint64_t n);
-  /* Simulation time, s; -1: there is no such world. */
+  /* Returns the simulation time, s; -1: there is no such world. */
   double(TATU_CALL *time)(tatu_test_world *);
-  /* A field of a sensor's last reading, by path or unique name of the sensor and name of the field: an array of
-   * numbers. */
+  /* Gets a field of a sensor's last reading, an array of numbers. `path` is the path or unique name of the sensor, and
+   * `name` that of the field. */
   tatu_status(TATU_CALL *field)(tatu_test_world *, const char *path, const char *name, tatu_value *out);
-  /* The whole reading: a map with `kind`, `time` (s), `sequence` (how often it has been measured; 0: never) and
+  /* Gets the whole reading: a map with `kind`, `time` (s), `sequence` (the number of measurements so far) and
    * `fields`. */
   tatu_status(TATU_CALL *reading)(tatu_test_world *, const char *path, tatu_value *out);
-  /* Reads or sets a property of an object: "position", "joint.position", a parameter "lamp.range", a command of an
-   * actuator. An empty path is the world: "scene.gravity". */
+  /* Gets or sets a property of an object: "position", "joint.position", a parameter ("lamp.range") or a command of an
+   * actuator. An empty path stands for the world ("scene.gravity"). */
   tatu_status(TATU_CALL *get)(tatu_test_world *, const char *path, const char *key, tatu_value *out);
   tatu_status(TATU_CALL *set)(tatu_test_world *, const char *path, const char *key, const tatu_value *value);
-  /* Calls a command as the host does, between two steps. Writes up to `cap` results, and the number of all results. */
+  /* Calls a command between two steps, with the host as the caller. Writes up to `cap` results; `*n_results` is the
+   * full number of results. */
   tatu_status(TATU_CALL *call)(tatu_test_world *, const char *name, const tatu_value *args, uint32_t n_args,
                                tatu_value *results, uint32_t cap, uint32_t *n_results);
-  /* The messages logged since the last call, one per line: "warning: ...". */
+  /* Returns the messages logged since the previous call of `lines`, one per line: "warning: ...". */
   tatu_str(TATU_CALL *lines)(tatu_test_world *);
-  /* The faults since the last call, one per line: "[F207] ...". Empty: there were none. */
+  /* Returns the faults since the previous call of `faults`, one per line: "[F207] ...". Empty: there were none. */
   tatu_str(TATU_CALL *faults)(tatu_test_world *);
-  /* The message of the last call on this thread that failed. */
+  /* Returns the message of the last call on this thread that failed. */
   tatu_str(TATU_CALL *last_error)(void);
 } tatu_test_host;
 
@@ -88,14 +88,14 @@ typedef const tatu_test_host *(TATU_CALL *tatu_test_host_get_t)(void);
 /* A running test, for the macros and functions below. */
 typedef struct tatu_test {
   uint32_t size;
-  uint32_t failures;          /* checks that have failed */
+  uint32_t failures;          /* number of checks that have failed */
   const tatu_test_host *host;
-  const char *folder;         /* to which file names in scenes are relative: the folder `tests` */
+  const char *folder;         /* base of relative file names in scenes: the folder `tests` */
   const char *const *plugins; /* the plugin under test */
   tatu_test_world *world;     /* the world that tatu_test_scene opened; closed at the end */
-  void *leave;                /* the jmp_buf by which TATU_TEST_LEAVE leaves the test, in C */
+  void *leave;                /* in C, the jmp_buf to which TATU_TEST_LEAVE jumps */
   void *ctx;                  /* private to the runner */
-  /* Records a failure: its position and its message. */
+  /* Records a failure with its position and message. */
   void(TATU_CALL *report)(struct tatu_test *, const char *file, uint32_t line, const char *text);
 } tatu_test;
 
@@ -108,7 +108,7 @@ typedef struct tatu_test_case {
   void(TATU_CALL *run)(tatu_test *);
 } tatu_test_case;
 
-/* All tests of a library: its exported symbol `tatu_tests`. */
+/* All tests of a library; exported as the symbol `tatu_tests`. */
 typedef struct tatu_test_list {
   uint32_t size;
   uint16_t abi_major;
@@ -136,15 +136,15 @@ struct tatu_test_end {}; /* thrown to leave a test, so that destructors run */
 #  define TATU_TEST_LINKAGE extern
 #endif
 
-/* Declares a test; its body follows. In the body, `t` is the running test. The name is that of a constant for
- * TATU_TESTS. */
+/* Declares a test; its body follows. In the body, `t` is the running test. `Name` also becomes the name of a constant,
+ * to be listed in TATU_TESTS. */
 #define TATU_TEST(Name) \
   static void tatu_body_##Name(tatu_test *t); \
   static void TATU_CALL tatu_run_##Name(tatu_test *t) { TATU_TEST_ENTER(t, tatu_body_##Name) } \
   static const tatu_test_case Name[1] = {{sizeof(tatu_test_case), __LINE__, #Name, __FILE__, tatu_run_##Name}}; \
   static void tatu_body_##Name(tatu_test *t)
 
-/* Exports the tests of a file, once at its end: TATU_TESTS(sees_the_wall, counts). */
+/* Exports the tests of a file; used once, at its end: TATU_TESTS(sees_the_wall, counts). */
 #define TATU_TESTS(...) \
   static const tatu_test_case *const tatu_test_cases[] = {__VA_ARGS__, NULL}; \
   TATU_TEST_LINKAGE TATU_EXPORT const tatu_test_list tatu_tests; \
@@ -253,21 +253,23 @@ static inline tatu_value tatu_test_call_at(tatu_test *t, const char *file, int l
   return n ? result : tatu_nil();
 }
 
-/* Opens a scene, from the text of a scene file, with the plugin under test. A scene that is already open is closed. */
+/* Opens a scene, given as the text of a scene file, with the plugin under test. Closes the scene that is already
+ * open. */
 #define tatu_test_scene(Test, Text) tatu_test_scene_at(Test, __FILE__, __LINE__, Text)
 /* Runs `N` steps. */
 #define tatu_test_step(Test, N) tatu_test_step_at(Test, __FILE__, __LINE__, N)
-/* A number of a sensor's last reading, by path of the sensor, name of the field, and index from 0. */
+/* Returns a number of a sensor's last reading, given the path of the sensor, the name of the field, and an index from
+ * 0. */
 #define tatu_test_number(Test, Path, Field, Index) tatu_test_number_at(Test, __FILE__, __LINE__, Path, Field, Index)
-/* Reads a property of an object, as a tatu_value (tatu_to_float converts it to a number), and sets one to a
- * tatu_value. */
+/* These macros get a property of an object as a tatu_value, which tatu_to_float converts to a number, and set a
+ * property to a tatu_value. */
 #define tatu_test_get(Test, Path, Key) tatu_test_get_at(Test, __FILE__, __LINE__, Path, Key)
 #define tatu_test_set(Test, Path, Key, Value) tatu_test_set_at(Test, __FILE__, __LINE__, Path, Key, Value)
-/* The first result of a command: tatu_test_call(t, "hello.twice", TATU_VALUES(tatu_float(21))). Without arguments:
- * tatu_test_call(t, "hello.count", NULL, 0). */
+/* Calls a command and returns its first result, or nil: tatu_test_call(t, "hello.twice", TATU_VALUES(tatu_float(21))).
+ * Without arguments: tatu_test_call(t, "hello.count", NULL, 0). */
 #define tatu_test_call(Test, Name, ...) tatu_test_call_at(Test, __FILE__, __LINE__, Name, __VA_ARGS__)
 
-/* Whether a command fails with a message that contains `text`: for tests of errors. */
+/* Calls a command, and returns 1 if it fails with a message that contains `text`, else 0; for tests of errors. */
 static inline int tatu_test_refuses(tatu_test *t, const char *text, const char *name, const tatu_value *args,
                                     uint32_t n_args) {
   tatu_str why, wanted = tatu_text(text);
@@ -281,12 +283,12 @@ static inline int tatu_test_refuses(tatu_test *t, const char *text, const char *
   }
   return 0;
 }
-/* Simulation time, s. */
+/* Returns the simulation time, s; 0 if no scene is open. */
 static inline double tatu_test_time(tatu_test *t) { return t->world ? t->host->time(t->world) : 0; }
-/* The faults since the last call. A test fails if there are faults at its end that it has not read with this
- * function. */
+/* Returns the faults since the previous call. A test fails if faults have occurred that it has not read with this
+ * function by its end. */
 static inline tatu_str tatu_test_faults(tatu_test *t) { return t->world ? t->host->faults(t->world) : tatu_text(""); }
-/* The messages logged since the last call. */
+/* Returns the messages logged since the previous call. */
 static inline tatu_str tatu_test_lines(tatu_test *t) { return t->world ? t->host->lines(t->world) : tatu_text(""); }
 
 #endif

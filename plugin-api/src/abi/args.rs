@@ -1,9 +1,10 @@
-//! Arguments of host functions in Rust: borrows where C has pointers.
+//! Types for arguments of host functions in Rust: borrows where C has pointers.
 //!
-//! Layouts are those of the header: a reference is a pointer, an `Option` of one is a pointer that may be null, and
-//! each type here is transparent over the type in the header. So most functions of the host's tables are safe to call:
-//! the types express what a caller must guarantee, and the host checks the rest. Lists, which C passes as a pointer and
-//! a count, and structures that grow, whose older callers pass less, remain pointers and `unsafe`.
+//! Layouts are those of the header: a reference is a pointer, an `Option` of a reference is a pointer that may be null,
+//! and each type here is transparent over the type in the header. Most functions of the host's tables are therefore
+//! safe to call: the types express what a caller must guarantee, and the host checks the rest. Lists, which C passes as
+//! a pointer and a count, and tables that grow, of which older callers pass a shorter version, remain raw pointers, so
+//! functions that accept them are `unsafe`.
 
 use core::{
     ffi::{CStr, c_char},
@@ -12,15 +13,15 @@ use core::{
 
 use super::frozen::*;
 
-/// A world lent for `'a`, which ends with the plugin's call at the latest; texts and values from the host are valid for
-/// `'a`, too. The host validates the pointer before it dereferences it.
+/// A world lent for `'a`, which ends with the plugin's call at the latest. Texts and values from the host are also
+/// valid for `'a`. The host validates the pointer before it dereferences it.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct WorldRef<'a>(*mut tatu_world, PhantomData<&'a ()>);
 
 impl WorldRef<'_> {
     /// # Safety
-    /// `'a` must end no later than the plugin's call that `world` was given to.
+    /// `'a` must end no later than the call of the plugin to which `world` was passed.
     pub unsafe fn new(world: *mut tatu_world) -> Self {
         WorldRef(world, PhantomData)
     }
@@ -49,15 +50,15 @@ impl<'a> Lent<'a> {
         if self.0.ptr.is_null() || self.0.len == 0 {
             return &[];
         }
-        // SAFETY: `raw` was made from a borrow for `'a`, or `new` was called under the promise that its bytes live for
-        // `'a`; null and empty were handled above.
+        // SAFETY: `self.0` was created from a borrow for `'a`, or the caller of `new` guaranteed that its bytes live
+        // for `'a`; null and empty were handled above.
         unsafe { core::slice::from_raw_parts(self.0.ptr.cast(), self.0.len as usize) }
     }
     /// Returns the text as UTF-8; invalid bytes are replaced.
     pub fn text(self) -> std::borrow::Cow<'a, str> {
         String::from_utf8_lossy(self.bytes())
     }
-    /// Returns the raw form, as stored in tables.
+    /// Returns the text in the form of the ABI, for fields of tables.
     pub fn raw(self) -> tatu_str {
         self.0
     }
@@ -86,8 +87,8 @@ impl<'a> LentCStr<'a> {
 
     /// Returns the text, or `None` for null.
     pub fn get(self) -> Option<&'a CStr> {
-        // SAFETY: a pointer that is not null was made from a `CStr` borrowed for `'a`, or was passed over the ABI,
-        // which guarantees the same.
+        // SAFETY: a pointer that is not null was created from a `CStr` borrowed for `'a`, or was passed over the ABI,
+        // which guarantees that it is NUL-terminated and valid for `'a`.
         (!self.0.is_null()).then(|| unsafe { CStr::from_ptr(self.0) })
     }
     /// Returns the text as UTF-8, with invalid bytes replaced; it is empty for null.
@@ -122,7 +123,7 @@ impl<'a> ValueRef<'a> {
     pub unsafe fn new(raw: tatu_value) -> Self {
         ValueRef { raw, life: PhantomData }
     }
-    /// Views an array of raw values as a slice.
+    /// Converts an array of raw values, without copying it, to a slice.
     ///
     /// # Safety
     /// `ptr` must point to `n` values that, with everything that they point to, are valid for `'a`, unless `n` is 0.
@@ -134,7 +135,7 @@ impl<'a> ValueRef<'a> {
         // null was handled above.
         unsafe { core::slice::from_raw_parts(ptr.cast(), n) }
     }
-    /// Returns the raw form.
+    /// Returns the value in the form of the ABI.
     pub fn raw(self) -> tatu_value {
         self.raw
     }

@@ -1,7 +1,7 @@
 //! The frozen types of `tatu/core.h`, which never change within an ABI major version, and the check of their layouts.
 //!
-//! Only this file uses `abi_stable`, and only for these types: for tables that grow, it would refuse an older plugin on
-//! a newer host.
+//! Only this file uses `abi_stable`, and only for these types, because `abi_stable` would reject a table that has
+//! grown, and thus older plugins in newer hosts.
 
 use core::ffi::{CStr, c_char, c_void};
 
@@ -19,10 +19,10 @@ pub struct tatu_str {
 
 pub type tatu_object = u64;
 
-/// The lowest 20 bits of a [`tatu_object`], its slot: the handle that scripts see.
+/// Mask of the lowest 20 bits of a [`tatu_object`]: its slot, which scripts use as the handle.
 pub const TATU_SLOT_BITS: tatu_object = 1048575;
 
-/// Returns the slot of an object, without its generation: the handle that scripts see, or 0 for no object.
+/// Returns the slot of an object, without its generation: the handle that scripts use, or 0 for no object.
 pub const fn tatu_slot(object: tatu_object) -> u32 {
     (object & TATU_SLOT_BITS) as u32
 }
@@ -45,7 +45,7 @@ pub const TATU_MAP: u32 = 12;
 pub const TATU_FUNC: u32 = 13;
 pub const TATU_OBJECT: u32 = 14;
 
-/// Pointer and length of a value's elements.
+/// The elements of a value of variable length: a pointer to the first one, and their number.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "layout-check", derive(StableAbi))]
@@ -65,7 +65,7 @@ pub union tatu_payload {
     pub s: tatu_span_t,
 }
 
-/// A value.
+/// A value of any of the types in `tatu_tag`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 #[cfg_attr(feature = "layout-check", derive(StableAbi))]
@@ -126,10 +126,11 @@ pub struct tatu_session {
     _private: [u8; 0],
 }
 
-/// Id of the extension by which a host and a plugin that are both in Rust compare the layouts of the frozen types.
+/// Id of the extension with which a host and a plugin that are both written in Rust compare the layouts of the frozen
+/// types.
 pub const TATU_RUST_LAYOUT: &CStr = c"tatu.rust.layout/1";
 
-/// The extension. Layouts can be compared only if the version of `abi_stable` is the same on both sides.
+/// The table of that extension. Layouts can be compared only if both sides use the same version of `abi_stable`.
 #[repr(C)]
 pub struct tatu_rust_layout {
     pub size: u32,
@@ -172,11 +173,11 @@ mod layouts {
         &raw const TABLE.0
     }
 
-    /// Compares this side's layouts with those of another side in Rust. Returns `Ok(false)` if they cannot be compared,
-    /// because `abi_stable` differs.
+    /// Compares this side's layouts with those of the other side. Returns `Ok(false)` if they cannot be compared
+    /// because the versions of `abi_stable` differ.
     ///
     /// # Safety
-    /// `other` must point to a table made by [`table`] in some build of this crate.
+    /// `other` must point to a table that [`table`] returned, in any build of this crate.
     pub unsafe fn compare(other: *const tatu_rust_layout) -> Result<bool, String> {
         // SAFETY: the caller guarantees that `other` is a valid table, whose version is NUL-terminated.
         let (theirs, version) = unsafe { (&*other, CStr::from_ptr((*other).abi_stable)) };

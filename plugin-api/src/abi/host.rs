@@ -1,4 +1,4 @@
-//! `tatu/host.h` and the stand-ins of `tatu/vrep.h`: the tables of the host.
+//! The tables of the host's services: `tatu/host.h`, and the stand-ins of `tatu/vrep.h`.
 
 use core::ffi::{CStr, c_void};
 

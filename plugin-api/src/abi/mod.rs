@@ -1,7 +1,8 @@
-//! The header `include/tatu.h` in Rust: same names, same order, same sizes (a test compiles C and compares).
+//! The header `include/tatu.h` in Rust, with the same names, order and sizes; a test compiles the header and compares
+//! them.
 //!
-//! The header has the documentation; comments here only cover what is specific to Rust. Function fields are `Option`,
-//! so that a zeroed table is valid.
+//! The header contains the documentation; comments in this module only cover what is specific to Rust. Function fields
+//! are `Option`, so that a zeroed table is valid.
 
 #![allow(non_camel_case_types, reason = "names as in the header")]
 #![allow(clippy::type_complexity, reason = "types of functions are as long as the header's lines")]

@@ -1,4 +1,4 @@
-//! `tatu/test.h`: the host of tests, and the tables by which a library exports tests.
+//! `tatu/test.h`: the host's interface to tests, and the tables with which a library exports its tests.
 
 use core::ffi::{c_char, c_void};
 
@@ -55,7 +55,7 @@ pub struct tatu_test_host {
     pub last_error: Option<unsafe extern "C" fn() -> tatu_str>,
 }
 
-/// The one function that the library `tatuhost` exports, `tatu_test_host_get`.
+/// The type of `tatu_test_host_get`, the only function that the library `tatuhost` exports.
 pub type tatu_test_host_get_t = unsafe extern "C" fn() -> *const tatu_test_host;
 
 #[repr(C)]

@@ -1,10 +1,10 @@
-//! Traits over the ABI, with which a plugin in Rust needs no `unsafe`.
+//! Safe traits over the ABI, for plugins written in Rust without `unsafe`.
 //!
 //! Start with [`Plugin`]; a plugin provides [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s,
-//! [`Language`]s, [`Service`]s and [`Event`]s through an [`Offer`]. Every callback is guarded, so that a panic becomes
-//! an error that names the plugin.
+//! [`Language`]s, [`Service`]s and [`Event`]s through an [`Offer`]. A panic in a callback is caught, and becomes an
+//! error that names the plugin.
 //!
-//! All traits take `&self`: a command may call a script that calls the command again.
+//! The methods of all traits take `&self`, because a command may call a script that calls the command again.
 
 mod call;
 mod declare;

@@ -1,4 +1,4 @@
-// my_plugin: a kind of actuator in C. A propeller: it pushes along its +z axis with a force that follows the command
+// my_plugin: a kind of actuator in C. A propeller, which pushes along its +z axis with a force that follows the command
 // `force` with a lag.
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
@@ -39,7 +39,7 @@ static void z_axis(const double *pose, double *axis) {
   axis[2] = 1 - 2 * (x * x + y * y);
 }
 
-// Computes forces from commands, for all propellers. It may be called on any thread, so it uses only its arguments.
+// Computes the forces of all propellers in a batch. It may be called on any thread, so it uses only its arguments.
 static tatu_status TATU_CALL apply(void *self, const tatu_actuator_batch *batch, tatu_error *error) {
   (void)self, (void)error;
   for (uint32_t i = 0; i < batch->n; i++) {
@@ -47,7 +47,7 @@ static tatu_status TATU_CALL apply(void *self, const tatu_actuator_batch *batch,
     state *now = batch->state[i];
     double wanted = fmax(-it->max_force, fmin(it->max_force, batch->command[i][0]));
     double x = it->lag > 0 ? batch->dt / it->lag : 0;
-    // The mean of the force during the step, so that its impulse does not depend on how long steps are.
+    // The mean force during the step, so that the impulse does not depend on the duration of steps.
     double part = x > 0 ? -expm1(-x) : 1, mean = wanted;
     if (x > 0) mean = wanted + (now->force - wanted) * part / x;
     now->force += (wanted - now->force) * part;
@@ -61,7 +61,7 @@ static tatu_status TATU_CALL apply(void *self, const tatu_actuator_batch *batch,
 static const tatu_actuator kind = {
   .size = sizeof(tatu_actuator), .id = "my_plugin", .text = "Pushes along its +z axis, with a lag.", .apply = apply,
   .params = TATU_PARAMS(
-    TATU_PARAM(TATU_F64, "max_force", "N", "Greatest force, forwards and backwards.", TATU_AT_LEAST(0), TATU_DEFAULT_F64(10)),
+    TATU_PARAM(TATU_F64, "max_force", "N", "Maximum force, forwards and backwards.", TATU_AT_LEAST(0), TATU_DEFAULT_F64(10)),
     TATU_PARAM(TATU_F64, "lag", "s", "Time in which 63 % of a change is reached.", TATU_AT_LEAST(0), TATU_DEFAULT_F64(0.2))),
   .n_commands = 1,
   .commands = TATU_PARAMS(TATU_PARAM(TATU_F64, "force", "N", "Wanted force along +z.", TATU_DEFAULT_F64(0))),

@@ -5,7 +5,7 @@
 --     tatu run scene.toml --addon my_addon.lua:every=2
 
 function sysCall_info()
-    return {autoStart = false} -- starts only if --addon names it
+    return {autoStart = false} -- the add-on starts only if it is given by --addon
 end
 
 local options, robots, due

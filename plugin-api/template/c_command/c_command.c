@@ -3,20 +3,20 @@
 // Build: cc -std=c11 -shared -fPIC -I../../include -o libtatu_c_command.so c_command.c
 // Try:   TATU_PLUGIN_PATH=. tatu list commands
 //
-// The host reads the plugin from the bottom of the file up: TATU_PLUGIN, the tables of section 3, and the commands of
-// section 2. The header is the manual of all names that begin with tatu_.
+// The host uses this file from the bottom up: TATU_PLUGIN in section 4, then the tables of section 3, and finally the
+// commands of section 2. The header documents all names that begin with tatu_.
 
 #include "tatu.h"
 
 #define PREFIX "example." // prefix of all command names: choose one that is unique
 
-// ---------------------------------------------------------------- (1) What you keep ---------------------------------
+// ---------------------------------------------------------------- (1) Stored data -----------------------------------
 
-// `call->self` has the tables of the host. All worlds and their threads share it, so it must not change. Each world has
-// an instance, for data that can be looked up again (ids of commands) or cannot be saved.
+// `call->self` points to the tables of the host. All worlds and their threads share it, so it must not change. Each
+// world also has an instance, for data that can be looked up again (ids of commands) or that cannot be saved.
 typedef struct instance {
   uint64_t generation;  // commands.generation when `read_sensor` was looked up
-  uint32_t read_sensor; // id of simReadProximitySensor, 0 if there is none
+  uint32_t read_sensor; // id of the command simReadProximitySensor; 0: there is no such command
   uint32_t alias;       // index of this name among the command's names
   tatu_func kept;       // the function that example.later retained; 0: none
 } instance;
@@ -28,8 +28,8 @@ typedef struct state {
 } state;
 
 // ---------------------------------------------------------------- (2) The commands ----------------------------------
-// The host has checked the arguments against the tables of section 3, so their number and types are as declared. If a
-// service fails, it sets the error, which the host passes on: `return status;` is enough.
+// The host has checked the arguments against the tables of section 3, so their number and types are as declared. A
+// service that fails sets the error, which the host passes on, so `return status;` is sufficient.
 
 // example.describe(number, text, table, function): arguments of several types, a callback, and a table as result.
 static tatu_status TATU_CALL describe(tatu_call *call) {
@@ -61,14 +61,14 @@ static tatu_status TATU_CALL describe(tatu_call *call) {
   return tatu_return_values(call, TATU_VALUES(about, tatu_int((int64_t)n)));
 }
 
-// example.nextStep(): waits. The host calls this function twice: first with `resume` 0, and after the wait with the
-// value passed to `wait`. If the caller cannot wait, `wait` fails, and the host reports this.
+// example.nextStep(): waits for a step. The host calls this function twice: first with `resume` 0, and after the wait
+// with the value that was passed to `wait`. If the caller cannot wait, `wait` fails and sets the error.
 static tatu_status TATU_CALL next_step(tatu_call *call) {
   if (!call->resume) return call->api->wait(call, TATU_UNTIL_STEPS, 1, tatu_text(""), 1);
   return tatu_return(call, tatu_float(tatu_time(call->self, call->world)));
 }
 
-// example.refuse(text): fails. It sets the message, adds a help text, and returns the code.
+// example.refuse(text): fails. It sets the error's message, adds a help text, and returns the error's code.
 static tatu_status TATU_CALL refuse(tatu_call *call) {
   call->error->say(call->error, TATU_ERR_ARGUMENT, tatu_arg_text(call, 0));
   call->error->add(call->error, TATU_PART_HELP, tatu_text("call example.count() instead, which never fails"), 0);
@@ -82,7 +82,7 @@ static tatu_status TATU_CALL push(tatu_call *call) {
   return host->bodies->push(call->world, tatu_arg_object(call, 0), tatu_arg_floats(call, 1, &n), NULL);
 }
 
-// Returns the id of the command that reads a sensor, or 0. It is looked up again only when commands have changed.
+// Returns the id of the command simReadProximitySensor, or 0. It is looked up again only when commands have changed.
 static uint32_t read_sensor_command(tatu_call *call) {
   const tatu_host_commands *commands = ((const tatu_host_api *)call->self)->commands;
   instance *here = call->instance;
@@ -124,7 +124,7 @@ static tatu_status TATU_CALL push_when_near(tatu_call *call) {
   return seen ? tatu_return(call, tatu_float(distance)) : TATU_OK;
 }
 
-// example.count(): uses the state. Each world has its own counter, which starts again at 1 after a reset.
+// example.count(): uses the state. Each world has its own counter, which restarts at 1 after a reset.
 static tatu_status TATU_CALL count(tatu_call *call) {
   state *kept = call->state;
   return tatu_return(call, tatu_int(++kept->count));
@@ -149,7 +149,7 @@ static tatu_status TATU_CALL fire(tatu_call *call) {
   instance *here = call->instance;
   tatu_func kept = here->kept;
   if (!kept)
-    return tatu_call_fail_help(call, TATU_ERR_MISSING, "there is no function to fire", "give one to example.later first");
+    return tatu_call_fail_help(call, TATU_ERR_MISSING, "there is no function to fire", "pass one to example.later first");
   here->kept = 0;
   tatu_value result;
   tatu_status status = tatu_call_func(host, call->world, call->error, kept, NULL, 0, &result);
@@ -157,9 +157,9 @@ static tatu_status TATU_CALL fire(tatu_call *call) {
   return status < 0 ? status : tatu_return(call, result);
 }
 
-// ---------------------------------------------------------------- (3) What is declared -----------------------------
+// ---------------------------------------------------------------- (3) Declarations ---------------------------------
 
-// A command with one name.
+// Declares a command with a single name.
 #define COMMAND(Call, Name, Params, Returns, Text, Example)                                                            \
   TATU_TABLE(tatu_command, .names = TATU_NAME(PREFIX Name), .call = (Call), .params = (Params), .returns = (Returns),  \
              .text = (Text), .example = (Example), .subject = "examples")
@@ -186,8 +186,8 @@ static const tatu_command *const commands[] = {
                 TATU_PARAM(TATU_OBJECT, "body", NULL, "A dynamic shape."),
                 TATU_PARAM(TATU_F64, "distance", "m", "How near is near.", TATU_AT_LEAST(0)), FORCE),
     TATU_PARAMS(TATU_PARAM(TATU_I64, "pushed", NULL, "1 or 0."),
-                TATU_PARAM(TATU_F64, "measured", "m", "Distance seen; absent if nothing is seen.")),
-    "Pushes a body if a proximity sensor sees something near.",
+                TATU_PARAM(TATU_F64, "measured", "m", "Measured distance; absent if nothing is detected.")),
+    "Pushes a body if a proximity sensor detects something near.",
     "pushed, seen = example.pushWhenNear(sensor, body, 0.5, {0, 0, 10})"),
   COMMAND(count, "count", NULL, TATU_PARAMS(TATU_PARAM(TATU_I64, "count", NULL, "Number of calls, this one included.")),
     "Counts its calls in this world.", "n = example.count()"),
@@ -213,7 +213,7 @@ static tatu_status TATU_CALL save(void *data, const tatu_writer *writer, tatu_er
   return here->kept ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "a retained function cannot be saved") : TATU_OK;
 }
 
-// ---------------------------------------------------------------- (4) Who you are, and what you need ----------------
+// ---------------------------------------------------------------- (4) Identity and requirements of the plugin -------
 
 TATU_PLUGIN(
   TATU_OFFER(TATU_COMMAND, tatu_ext_command, .commands = commands,

@@ -1,5 +1,5 @@
 // my_plugin: commands for scripts, in C.
-//   metres = my_plugin.travelled(object)   how far an object has moved since the first call for it
+//   metres = my_plugin.travelled(object)   distance that an object has moved since the first call for it
 //   my_plugin.reset()                      forgets all objects
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
@@ -11,7 +11,7 @@ enum { MOST = 64 };
 typedef struct {
   tatu_object object; // 0: this entry is free
   double at[3];       // position at the last call, m
-  double metres;      // distance travelled until then, m
+  double metres;      // distance travelled by then, m
 } track;
 typedef struct {
   track tracks[MOST];
@@ -24,19 +24,19 @@ static track *find(state *kept, tatu_object object) {
   return NULL;
 }
 
-// The host has checked the arguments: they have the types that are declared below.
+// Sums up distances. The host has checked that the arguments have the types that are declared below.
 static tatu_status TATU_CALL travelled(tatu_call *call) {
   const tatu_host_api *host = call->self;
   tatu_object object;
   double pose[7];
-  // The full id of the object, and its pose in the world frame. A service that fails has set the error: returning its
-  // status is enough.
+  // Get the full id of the object, and its pose in the world frame. A service that fails has set the error, so
+  // returning its status is sufficient.
   tatu_status status = host->scene->look(call->world, tatu_arg_object(call, 0), &object, NULL);
   if (status >= 0) status = host->scene->pose(call->world, object, 0, pose);
   if (status < 0) return status;
   track *it = find(call->state, object);
   if (!it)
-    return tatu_call_fail_help(call, TATU_ERR_SPACE, "it tracks at most 64 objects", "call my_plugin.reset() first");
+    return tatu_call_fail_help(call, TATU_ERR_SPACE, "it can track only 64 objects", "call my_plugin.reset() first");
   if (it->object) it->metres += hypot(hypot(pose[0] - it->at[0], pose[1] - it->at[1]), pose[2] - it->at[2]);
   it->object = object;
   for (int i = 0; i < 3; i++) it->at[i] = pose[i];
@@ -51,8 +51,8 @@ static tatu_status TATU_CALL reset(tatu_call *call) {
 static const tatu_command travelled_command = {
   .size = sizeof(tatu_command), .names = TATU_NAME("my_plugin.travelled"), .call = travelled,
   .params = TATU_PARAMS(TATU_PARAM(TATU_OBJECT, "object", NULL, "The object.")),
-  .returns = TATU_PARAMS(TATU_PARAM(TATU_F64, "metres", "m", "How far it has moved since the first call for it.")),
-  .text = "Returns how far an object has moved.", .subject = "my_plugin",
+  .returns = TATU_PARAMS(TATU_PARAM(TATU_F64, "metres", "m", "Distance moved since the first call for it.")),
+  .text = "Returns the distance an object has moved.", .subject = "my_plugin",
   .example = "local box = sim.createDummy(0.1)\n"
              "my_plugin.travelled(box)\n"
              "sim.setObjectPosition(box, sim.handle_world, {3, 4, 0})\n"

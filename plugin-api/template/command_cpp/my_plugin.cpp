@@ -1,5 +1,5 @@
 // my_plugin: commands for scripts, in C++.
-//   metres = my_plugin.travelled(object)   how far an object has moved since the first call for it
+//   metres = my_plugin.travelled(object)   distance that an object has moved since the first call for it
 //   my_plugin.reset()                      forgets all objects
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h, tatu/plugin.hpp
@@ -15,11 +15,12 @@ struct state {
   struct track {
     tatu_object object; // 0: this entry is free
     double at[3];       // position at the last call, m
-    double metres;      // distance travelled until then, m
+    double metres;      // distance travelled by then, m
   } tracks[64];
 };
 
-// The host has checked the arguments: they have the types that are declared below. Exceptions become errors.
+// Sums up distances. The host has checked that the arguments have the types that are declared below. Exceptions are
+// converted to errors.
 void travelled(tatu::call &c) {
   tatu_object object;
   double pose[7];
@@ -30,7 +31,7 @@ void travelled(tatu::call &c) {
   auto it = std::find_if(std::begin(tracks), std::end(tracks),
                          [&](const state::track &t) { return t.object == object || !t.object; });
   if (it == std::end(tracks))
-    throw tatu::failure(TATU_ERR_SPACE, "it tracks at most 64 objects", "call my_plugin.reset() first");
+    throw tatu::failure(TATU_ERR_SPACE, "it can track only 64 objects", "call my_plugin.reset() first");
   if (it->object) it->metres += std::hypot(pose[0] - it->at[0], pose[1] - it->at[1], pose[2] - it->at[2]);
   it->object = object;
   std::copy_n(pose, 3, it->at);
@@ -39,7 +40,7 @@ void travelled(tatu::call &c) {
 
 void reset(tatu::call &c) { c.state<state>() = {}; }
 
-// The plugin: what it offers and needs. All worlds and their threads share one object, so it must not change.
+// The plugin, with what it offers and requires. All worlds and their threads share one object, so it must not change.
 struct this_plugin : tatu::plugin {
   static constexpr const tatu_need *needs[] = {&tatu::need_scene, nullptr};
 
@@ -47,8 +48,8 @@ struct this_plugin : tatu::plugin {
     keep_per_world<state>();
     offer(tatu::command("my_plugin.travelled", travelled)
             .takes({TATU_OBJECT, "object", nullptr, "The object."})
-            .gives({TATU_F64, "metres", "m", "How far it has moved since the first call for it."})
-            .text("Returns how far an object has moved.")
+            .gives({TATU_F64, "metres", "m", "Distance moved since the first call for it."})
+            .text("Returns the distance an object has moved.")
             .subject("my_plugin")
             .example("local box = sim.createDummy(0.1)\n"
                      "my_plugin.travelled(box)\n"

@@ -3,8 +3,8 @@
 // Build: c++ -std=c++17 -O2 -shared -fPIC -fvisibility=hidden -I../../include -o libtatu_cpp_command.so cpp_command.cpp
 // Try:   TATU_PLUGIN_PATH=. tatu list commands
 //
-// Commands may throw: every exception becomes an error before it reaches the host. State, waiting and commands of other
-// plugins are shown in `../c_command/`, and work the same way.
+// Commands may throw: every exception is converted to an error before control returns to the host. `../c_command/`
+// shows state, waiting and commands of other plugins, which work in the same way in C++.
 
 #include "tatu/plugin.hpp"
 
@@ -42,7 +42,7 @@ void describe(tatu::call &c) {
   c.give(static_cast<int64_t>(table.size()));
 }
 
-// examplecpp.map(table, function): returns the results of a function for each number of a table.
+// examplecpp.map(table, function): calls a function with each number of a table, and returns the results.
 void map(tatu::call &c) {
   std::vector<double> table = c.numbers(0);
   for (double &x : table) x = call_with(c, c.function(1), x);
@@ -52,7 +52,7 @@ void map(tatu::call &c) {
 // examplecpp.refuse(text): fails by throwing.
 void refuse(tatu::call &c) { throw tatu::failure(TATU_ERR_ARGUMENT, c.text(0), "call examplecpp.map instead"); }
 
-// ---------------------------------------------------------------- (2) What you offer and need -----------------------
+// ---------------------------------------------------------------- (2) Declarations ----------------------------------
 
 // All worlds and their threads share one object, so it must not change after its construction.
 struct plugin : tatu::plugin {
@@ -83,6 +83,6 @@ struct plugin : tatu::plugin {
 
 } // namespace
 
-// ---------------------------------------------------------------- (3) Who you are -----------------------------------
+// ---------------------------------------------------------------- (3) Identity of the plugin ------------------------
 
 TATU_CPP_PLUGIN(plugin, "org.example.cpp_command", "Example commands in C++", "0.1.0", "MIT");

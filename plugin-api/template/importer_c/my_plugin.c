@@ -18,8 +18,8 @@ static uint32_t TATU_CALL sniff(void *self, tatu_str head) {
   return head.len >= sizeof FIRST - 1 && memcmp(head.ptr, FIRST, sizeof FIRST - 1) == 0 ? 100 : 0;
 }
 
-// Removes the next line from a text, and copies it as a NUL-terminated string. Returns 0 if there is none, -1 if the
-// line is too long.
+// Removes the next line from a text, and copies it as a NUL-terminated string. Returns 0 if there are no more lines, -1
+// if the line is too long.
 static int next_line(tatu_str *rest, char *line, size_t room) {
   if (!rest->len) return 0;
   const char *end = memchr(rest->ptr, '\n', rest->len);
@@ -40,7 +40,7 @@ static void block(tatu_build *to, uint32_t base, const char *primitive, const do
   tatu_build_set(to, shape, "respondable", tatu_bool(1));
 }
 
-// Reads a file. Whatever it contains, the worst outcome is an error with a line number.
+// Reads a file. Malformed content must lead to an error with a line number, never to a crash.
 static tatu_status TATU_CALL load(void *self, tatu_str bytes, const tatu_builder *builder, const tatu_value *params,
                                   tatu_error *error) {
   (void)self;

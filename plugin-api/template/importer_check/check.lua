@@ -1,4 +1,4 @@
--- Checks my_plugin: the blocks of demo.my_plugin are there, twice as large as written.
+-- Checks my_plugin: the blocks of demo.my_plugin exist, at twice the size stated in the file.
 local function near(a, b)
     for i = 1, #b do
         if math.abs(a[i] - b[i]) > 1e-9 then return false end

@@ -15,8 +15,8 @@ static void solid(tatu_build *p, uint32_t shape, double mass) {
   tatu_build_set(p, shape, "respondable_mask", tatu_int(0xFF00));
 }
 
-// Adds a motor and its wheel. A joint turns about its z axis, which is rotated by -90 degrees about x to point along
-// +y, so that a positive velocity drives forward. The wheel collides as a ball, which has one point of contact.
+// Adds a motor and its wheel. A joint rotates about its z axis, which is rotated by -90 degrees about x to point along
+// +y, so that a positive velocity drives forward. The wheel collides as a sphere, which has a single point of contact.
 static void wheel(tatu_build *p, uint32_t base, double radius, double y, const char *motor, const char *tyre) {
   const double quarter = 1.5707963267948966;
   uint32_t joint = tatu_build_object(p, "joint", base, motor);
@@ -53,7 +53,7 @@ static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, cons
   wheel(&p, base, r, TRACK / 2, "left_motor", "left_wheel");
   wheel(&p, base, r, -TRACK / 2, "right_motor", "right_wheel");
 
-  // The caster: a ball that turns freely in all directions.
+  // The caster: a ball that rotates freely in all directions.
   uint32_t socket = tatu_build_object(&p, "joint", base, "caster_socket");
   tatu_build_set(&p, socket, "type", tatu_string("spherical"));
   tatu_build_set3(&p, socket, "position", -0.15, 0, ball - r);

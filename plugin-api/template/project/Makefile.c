@@ -1,4 +1,4 @@
-# Builds the plugin with make, like `tatu plugin build`; for Linux.
+# Builds the plugin with make on Linux, as `tatu plugin build` does.
 LIBRARY = build/libtatu_my_plugin.so
 CFLAGS ?= -O2
 

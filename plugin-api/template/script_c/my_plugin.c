@@ -2,7 +2,7 @@
 // arguments:
 //   init        sim.setInt32Signal ready 1
 //   actuation   my_robot.go 0.5
-// A line runs when the callback or function that it names is called. Arguments are numbers or words.
+// A line runs when its callback or function is called. Arguments are numbers or words.
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
 #include "tatu/host.h"
@@ -34,7 +34,7 @@ static uint32_t words_of(tatu_str *rest, tatu_str *words) {
   return n && words[0].ptr[0] == '#' ? 0 : n;
 }
 
-// Converts a word to a number if it is one, else to a text, which points into the script and so outlives the call.
+// Converts a word to a number if possible, otherwise to a text, which points into the script and so outlives the call.
 static tatu_value value_of(tatu_str word) {
   char text[64], *end;
   if (word.len < sizeof text) {
@@ -122,7 +122,7 @@ static tatu_status TATU_CALL call(void *data, uint32_t callable, tatu_call *fram
   return TATU_OK;
 }
 
-// Scripts of this language cannot wait, and pass no functions of their own.
+// Scripts of this language cannot wait, and cannot pass functions.
 static tatu_status TATU_CALL resume(void *data, uint64_t token, tatu_status failed, tatu_call *frame,
                                     const tatu_budget *budget, uint64_t *used, tatu_error *error) {
   (void)data, (void)token, (void)failed, (void)frame, (void)budget, (void)used;

@@ -1,14 +1,14 @@
 // my_plugin: a kind of sensor in C. A fan of beams in the plane of its z and x axes measures the clearance ahead.
 //   my_plugin.distance  for each beam, m; the range if nothing is hit
-//   my_plugin.nearest   the least of them, m             my_plugin.bearing  its direction, rad, from +z towards +x
-// Noise, rate and latency are set by the scene: see the preset below, and `[noise.distance]` in a scene.
+//   my_plugin.nearest   the smallest of them, m          my_plugin.bearing  its direction, rad, from +z towards +x
+// The scene sets noise, rate and latency: see the preset below, and `[noise.distance]` in a scene.
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
 #include "tatu/sensor.h"
 
 enum { MOST = 181 };
 
-// One sensor of a scene. Its parameters determine it completely, so a snapshot need not save anything.
+// One sensor of a scene. Its parameters fully determine its state, so there is nothing to save in a snapshot.
 typedef struct {
   double range, angle;
   uint32_t beams;
@@ -39,7 +39,7 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
   return TATU_OK;
 }
 
-// Applies changed parameters during a run; the host requests the beams next.
+// Applies parameters that were changed during a run; the host then requests the beams again.
 static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uint32_t n, uint64_t changed,
                                        tatu_error *error) {
   (void)n, (void)changed, (void)error;
@@ -79,18 +79,18 @@ static const tatu_sensor kind = {
   .size = sizeof(tatu_sensor), .id = "my_plugin", .text = "Measures the clearance ahead with a fan of beams.",
   .schemas = TATU_TEXTS("my_plugin/1"), .inputs = TATU_IN_DISTANCE, .beams = beams, .measure = measure,
   .params = TATU_PARAMS(
-    TATU_PARAM(TATU_F64, "range", "m", "How far it sees.", TATU_RANGE(0.01, 1000), TATU_DEFAULT_F64(5)),
-    TATU_PARAM(TATU_F64, "angle", "rad", "From the first beam to the last.", TATU_RANGE(0, 3.1416), TATU_DEFAULT_F64(1)),
+    TATU_PARAM(TATU_F64, "range", "m", "Maximum range.", TATU_RANGE(0.01, 1000), TATU_DEFAULT_F64(5)),
+    TATU_PARAM(TATU_F64, "angle", "rad", "Angle from first to last beam.", TATU_RANGE(0, 3.1416), TATU_DEFAULT_F64(1)),
     TATU_PARAM(TATU_I64, "beams", NULL, "Number of beams.", TATU_RANGE(1, MOST), TATU_DEFAULT_I64(21),
                .flags = TATU_PARAM_REBUILDS)),
   .fields = TATU_FIELDS(
     TATU_FIELD_ARRAY(TATU_ELEM_F64, 0, "my_plugin.distance", "m", "Distance along each beam."),
     TATU_FIELD(TATU_ELEM_F64, "my_plugin.nearest", "m", "The least distance."),
-    TATU_FIELD(TATU_ELEM_F64, "my_plugin.bearing", "rad", "Where that is, from +z towards +x.")),
+    TATU_FIELD(TATU_ELEM_F64, "my_plugin.bearing", "rad", "Direction of that beam, from +z towards +x.")),
   .life = TATU_TABLE(tatu_life, .create = create, .destroy = tatu_delete, .configure = configure,
                      .save = tatu_save_nothing, .load = tatu_load_nothing, .version = 1),
   .presets = TATU_LIST_OF(tatu_preset,
-    TATU_TABLE(tatu_preset, .id = "cheap", .text = "A cheap one with an error of 2 cm; invented numbers.",
+    TATU_TABLE(tatu_preset, .id = "cheap", .text = "A low-cost sensor with an error of 2 cm; the values are examples.",
                .settings = "range_m = 4.0\n\n[noise.nearest]\nsigma = 0.02\n"))};
 
 TATU_PLUGIN(TATU_SENSORS(&kind), .id = "org.example.my_plugin", .name = "my_plugin", .version = "0.1.0", .licence = "MIT");

@@ -1,7 +1,7 @@
 // my_plugin: a kind of sensor in C++. A fan of beams in the plane of its z and x axes measures the clearance ahead.
 //   my_plugin.distance  for each beam, m; the range if nothing is hit
-//   my_plugin.nearest   the least of them, m             my_plugin.bearing  its direction, rad, from +z towards +x
-// Noise, rate and latency are set by the scene: see the preset below, and `[noise.distance]` in a scene.
+//   my_plugin.nearest   the smallest of them, m          my_plugin.bearing  its direction, rad, from +z towards +x
+// The scene sets noise, rate and latency: see the preset below, and `[noise.distance]` in a scene.
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h, tatu/plugin.hpp
 #include "tatu/plugin.hpp"
@@ -13,7 +13,7 @@ namespace {
 
 enum { DISTANCE, NEAREST, BEARING }; // the fields, in the order of their declaration
 
-// One sensor of a scene. Its parameters determine it completely, so a snapshot need not save anything.
+// One sensor of a scene. Its parameters fully determine its state, so there is nothing to save in a snapshot.
 class fan {
   double range = 0, angle = 0;
   std::vector<double> ahead; // unit vectors in the sensor's frame, 3 numbers each
@@ -52,7 +52,7 @@ public:
   }
 };
 
-// The plugin: what it offers and needs.
+// The plugin, with what it offers and requires.
 struct this_plugin : tatu::plugin {
   static constexpr const tatu_need *needs[] = {nullptr};
 
@@ -60,16 +60,16 @@ struct this_plugin : tatu::plugin {
     offer(tatu::sensor<fan>("my_plugin", "Measures the clearance ahead with a fan of beams.")
             .schema("my_plugin/1")
             .inputs(TATU_IN_DISTANCE)
-            .takes(tatu::param(TATU_F64, "range", "m", "How far it sees.").range(0.01, 1000).fallback(5.0))
-            .takes(tatu::param(TATU_F64, "angle", "rad", "From the first beam to the last.").range(0, 3.1416).fallback(1.0))
+            .takes(tatu::param(TATU_F64, "range", "m", "Maximum range.").range(0.01, 1000).fallback(5.0))
+            .takes(tatu::param(TATU_F64, "angle", "rad", "Angle from first to last beam.").range(0, 3.1416).fallback(1.0))
             .takes(tatu::param(TATU_I64, "beams", nullptr, "Number of beams.")
                      .range(1, 1000)
                      .fallback(tatu_int(21))
                      .flags(TATU_PARAM_REBUILDS))
             .field(TATU_ELEM_F64, "my_plugin.distance", "m", "Distance along each beam.", 0)
             .field(TATU_ELEM_F64, "my_plugin.nearest", "m", "The least distance.")
-            .field(TATU_ELEM_F64, "my_plugin.bearing", "rad", "Where that is, from +z towards +x.")
-            .preset("cheap", "A cheap one with an error of 2 cm; invented numbers.",
+            .field(TATU_ELEM_F64, "my_plugin.bearing", "rad", "Direction of that beam, from +z towards +x.")
+            .preset("cheap", "A low-cost sensor with an error of 2 cm; the values are examples.",
                     "range_m = 4.0\n\n[noise.nearest]\nsigma = 0.02\n"));
   }
 };

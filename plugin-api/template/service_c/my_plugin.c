@@ -1,6 +1,6 @@
-// my_plugin: a service in C. A thread of its own waits for events from outside, queues them, and wakes the session;
-// between two steps the service applies the queued events to the world. Here the thread waits for the clock, and queues
-// a tick every `period`. Replace it with your socket, device or bridge: see `listen`.
+// my_plugin: a service in C. A separate thread waits for external events, queues them, and wakes the session. Between
+// two steps, the service applies the queued events to the world. In this example the thread waits for the clock, and
+// queues a tick every `period`. Replace it with your socket, device or bridge: see `listen`.
 //   signal my_plugin.ticks   number of ticks received; the simulation waits until there are `wait_for` of them
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
@@ -27,7 +27,7 @@ typedef struct {
   unsigned first, n;
 } service;
 
-// Runs on the thread of the service. Of the host's functions it may call only `wake` and the log.
+// Runs on the service's own thread, which may call only two functions of the host: `wake`, and `write` of the log.
 static void *listen(void *data) {
   service *it = data;
   pthread_mutex_lock(&it->lock);
@@ -106,7 +106,7 @@ static const tatu_service offered = {
   .size = sizeof(tatu_service), .id = "my_plugin", .text = "Counts ticks of the clock in a signal.", .barrier = barrier,
   .params = TATU_PARAMS(
     TATU_PARAM(TATU_F64, "period", "s", "Real time between two ticks.", TATU_RANGE(0.001, 60), TATU_DEFAULT_F64(0.01)),
-    TATU_PARAM(TATU_I64, "wait_for", NULL, "The simulation waits until this many ticks have come.", TATU_AT_LEAST(0), TATU_DEFAULT_I64(1))),
+    TATU_PARAM(TATU_I64, "wait_for", NULL, "The simulation waits for this many ticks.", TATU_AT_LEAST(0), TATU_DEFAULT_I64(1))),
   .life = TATU_TABLE(tatu_life, .create = create, .destroy = destroy, .save = tatu_save_nothing,
                      .load = tatu_load_nothing, .version = 1)};
 

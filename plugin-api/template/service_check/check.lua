@@ -1,4 +1,4 @@
--- Checks my_plugin: the simulation starts after the third tick, and the number of ticks never decreases.
+-- Checks my_plugin: simulation time advances only after the third tick, and the number of ticks never decreases.
 local step, last = 0, 3
 
 function sysCall_actuation()

@@ -1,4 +1,4 @@
-//! Runs actuators without a host, with given parameters and commands and a given motion of the mount.
+//! Runs actuators without a host, with parameters, commands and a motion of the mount that the test specifies.
 
 use std::ptr::null;
 
@@ -9,15 +9,15 @@ use tatu_plugin_api::{
 
 use crate::Result;
 
-/// The motion of the mount of an actuator, and the time at which it acts. By default the mount is at rest at the
-/// origin, and the output acts for 10 ms.
+/// The motion of an actuator's mount, the simulation time, and the duration of the output. By default the mount is at
+/// rest at the origin, and the output acts for 10 ms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     /// Pose of the mount in the world: x y z (m), quaternion x y z w.
     pub pose: [f64; 7],
-    /// Twist of the mount: m/s, then rad/s, world frame.
+    /// Linear (m/s), then angular velocity (rad/s) of the mount, world frame.
     pub twist: [f64; 6],
-    /// Position (rad or m) and velocity of the joint that the actuator is attached to.
+    /// Position (rad or m) and velocity of the joint that the actuator acts on.
     pub joint: [f64; 2],
     /// Simulation time, s.
     pub time: f64,
@@ -31,20 +31,21 @@ impl Default for Motion {
     }
 }
 
-/// The output of an actuator.
+/// The output of an actuator for one call.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Push {
     /// Force on the mount's origin, N, world frame.
     pub force: [f64; 3],
     /// Torque on the mount, N m, world frame.
     pub torque: [f64; 3],
-    /// Torque (N m) or force (N) on the joint that the actuator is attached to.
+    /// Torque (N m) or force (N) added to that of the joint that the actuator acts on.
     pub effort: f64,
-    /// The state after the call: `Actuator::STATE` numbers.
+    /// The state after the call, `Actuator::STATE` values.
     pub state: Vec<f64>,
 }
 
-/// Creates an actuator with these parameters, and calls it once with these commands; others have their defaults.
+/// Creates an actuator with these parameters, and calls it once with these commands. All other parameters and commands
+/// have their defaults.
 ///
 /// # Errors
 /// Fails if a parameter or a command does not fit its declaration, or the actuator fails.
@@ -52,14 +53,14 @@ pub fn act<A: Actuator>(params: &[(&str, Value)], commands: &[(&str, f64)], moti
     ActuatorBench::<A>::new(params)?.act(commands, motion)
 }
 
-/// An actuator without a host, for several calls, between which its state is retained.
+/// An actuator without a host, for a sequence of calls between which its state is retained.
 pub struct ActuatorBench<A: Actuator> {
     actuator: A,
     state: Vec<f64>,
 }
 
 impl<A: Actuator> ActuatorBench<A> {
-    /// Creates an actuator with these parameters; others have their defaults.
+    /// Creates an actuator with these parameters; all others have their defaults.
     ///
     /// # Errors
     /// Fails if a parameter does not fit its declaration, or the actuator rejects it.
@@ -78,7 +79,7 @@ impl<A: Actuator> ActuatorBench<A> {
         &self.actuator
     }
 
-    /// Calls the actuator with these commands; others have their defaults.
+    /// Calls the actuator once with these commands; all others have their defaults.
     ///
     /// # Errors
     /// Fails if a command does not fit its declaration, or the actuator fails.

@@ -1,13 +1,13 @@
-//! Errors of tests.
+//! The error type of this crate.
 
 use std::fmt;
 
 use tatu_plugin_api::safe::Fail;
 
-/// The result of functions that can fail. A test may return it, too.
+/// The result of functions that can fail. Tests can return it as well.
 pub type Result<T = (), E = Error> = std::result::Result<T, E>;
 
-/// An error: a message with what is wrong, where, and what was expected.
+/// An error: a message that states what is wrong, where, and what was expected.
 #[derive(Clone, PartialEq)]
 pub struct Error(String);
 

@@ -20,10 +20,10 @@ pub struct Host {
 }
 
 impl Host {
-    /// Finds the host that belongs to an installed or built Tatu. These paths are tried in order:
+    /// Finds the host of an installation or a build of Tatu. These paths are tried in order:
     ///
-    /// 1. the file that the environment variable `TATU_TESTHOST` names;
-    /// 2. the library beside the program in the folder that `TATU_HOME` names;
+    /// 1. the file that the environment variable `TATU_TESTHOST` specifies;
+    /// 2. the library beside the program in the folder that `TATU_HOME` specifies;
     /// 3. the library beside the program `tatu` that is found in `PATH`.
     ///
     /// # Errors
@@ -32,7 +32,7 @@ impl Host {
         Self::open(&library::host_library()?)
     }
 
-    /// Opens the host in a library.
+    /// Opens the host that a library contains.
     ///
     /// # Errors
     /// Fails if the library cannot be opened, is not a host, or is older than this crate.
@@ -42,27 +42,28 @@ impl Host {
         let library = library.map_err(|e| Error::new(format!("cannot open {}: {e}", file.display())))?;
         // SAFETY: the contract guarantees that the symbol is a function of this type.
         let get = unsafe { library.get::<tatu_test_host_get_t>(b"tatu_test_host_get\0") };
-        let get = get.map_err(|_| Error::new(format!("{} is not the host of Tatu's tests", file.display())))?;
+        let get = get.map_err(|_| Error::new(format!("{} does not contain Tatu's host for tests", file.display())))?;
         // SAFETY: the function has no arguments, and returns a constant table or null.
         let table = unsafe { get().as_ref() };
         let table = table.filter(|t| t.size as usize >= size_of::<tatu_test_host>()).ok_or_else(|| {
             let text = format!("{} is older than this crate", file.display());
-            Error::new(text + "\n  help: use the crate `tatu-plugin-testkit` of the same Tatu")
+            Error::new(text + "\n  help: use the crate `tatu-plugin-testkit` of the same version of Tatu")
         })?;
-        // The table is in the library, which must therefore stay loaded.
+        // The table is part of the library, which must therefore never be unloaded.
         std::mem::forget(library);
         Ok(Host { table, file: file.to_owned(), plugins: Vec::new(), folder: None })
     }
 
-    /// Adds a plugin that its worlds load: a library, or a folder with libraries. See [`plugin!`](crate::plugin).
+    /// Adds a plugin that the worlds of this host load: a library, or a folder of libraries. See
+    /// [`plugin!`](crate::plugin).
     #[must_use]
     pub fn with_plugin(mut self, path: impl Into<PathBuf>) -> Self {
         self.plugins.push(path.into());
         self
     }
 
-    /// Sets the folder to which file names in scenes are relative. By default it is the working folder, which under
-    /// cargo is the folder of the package.
+    /// Sets the folder to which file names in scenes are relative. The default is the working folder, which cargo sets
+    /// to the folder of the package.
     #[must_use]
     pub fn with_files(mut self, folder: impl Into<PathBuf>) -> Self {
         self.folder = Some(folder.into());

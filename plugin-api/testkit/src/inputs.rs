@@ -8,10 +8,10 @@ use tatu_plugin_api::{
 use crate::{Error, Random, Result};
 
 /// The inputs of one sensor. By default no beam hits anything, and the sensor is at rest at the origin. Arrays have one
-/// element per beam, or per pixel of an image with the lowest row first; an empty array is filled with default values.
+/// element per beam, or per pixel of an image, lowest row first. An empty array is filled with default values.
 ///
-/// The defaults of points, normals and objects are derived from the distances along rays: a point is at this distance
-/// along its ray, its normal points back along the ray, and the object is number 1.
+/// The defaults of points, normals and objects are derived from the distances along rays: each point is at this
+/// distance along its ray, its normal points back along the ray, and the object has the id 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
     /// Per beam: distance, m; infinity: no hit.
@@ -36,15 +36,15 @@ pub struct Inputs {
     pub pixel_object: Vec<tatu_object>,
     /// Pose of the sensor in the world: x y z (m), quaternion x y z w.
     pub pose: [f64; 7],
-    /// Twist of the sensor: m/s, then rad/s, world frame.
+    /// Linear (m/s), then angular velocity (rad/s) of the sensor, world frame.
     pub twist: [f64; 6],
-    /// Acceleration of the sensor, without gravity: m/s^2, then rad/s^2, world frame.
+    /// Linear (m/s^2), then angular acceleration (rad/s^2) of the sensor, without gravity, world frame.
     pub acceleration: [f64; 6],
     /// Position (rad or m), velocity and effort (N m or N) of the observed joint.
     pub joint: [f64; 3],
     /// Force (N) and torque (N m) of the observed force sensor, in the sensor's frame.
     pub wrench: [f64; 6],
-    /// Contacts of the observed shape, which is the second one of each.
+    /// Contacts of the observed shape, which is the second shape of each contact.
     pub contacts: Vec<tatu_contact>,
     /// Per contact: friction on the observed shape, N, world frame; if empty, there is no friction.
     pub frictions: Vec<[f64; 3]>,
@@ -54,7 +54,7 @@ pub struct Inputs {
     pub gravity: [f64; 3],
     /// Simulation time, s. In a batch, the value of the first sensor is used.
     pub time: f64,
-    /// Number of the step, from 0. In a batch, the value of the first sensor is used.
+    /// Index of the step, from 0. In a batch, the value of the first sensor is used.
     pub step: u64,
     /// Source of the sensor's random numbers.
     pub random: Random,
@@ -102,8 +102,8 @@ pub fn counts(beams: &Beams) -> (usize, usize) {
 }
 
 impl Inputs {
-    /// Fills all arrays that the kind requests (`asks`, a sum of `TATU_IN_*`) and that are empty. `directions` are
-    /// those of the rays. Fails if an array has the wrong length, or was not requested.
+    /// Fills the empty ones of the arrays that the kind requests (`asks`, a sum of `TATU_IN_*`). `directions` are those
+    /// of the rays. Fails if an array has the wrong length, or is not empty although the kind does not request it.
     pub fn completed(mut self, asks: u32, beams: &Beams, directions: &[[f64; 3]]) -> Result<Self> {
         let (n_beams, n_pixels) = counts(beams);
         let n = |input: u32, n: usize| if asks & input != 0 { n } else { 0 };
@@ -142,9 +142,9 @@ fn filled<T>(name: &str, given: Vec<T>, n: usize, fill: impl Fn(usize) -> T) -> 
         0 => Ok((0..n).map(fill).collect()),
         len if len == n => Ok(given),
         len if n == 0 => Err(Error::new(format!(
-            "input `{name}` has {len} elements, but the sensor does not receive it\n  expected: the input declared in \
-             INPUTS, and beams for it"
+            "input `{name}` has {len} elements, but the sensor does not receive it\n  expected: the input is declared \
+             in INPUTS, and the sensor has beams for it"
         ))),
-        len => Err(Error::new(format!("input `{name}` has {len} elements, but the sensor has {n} beams or pixels"))),
+        len => Err(Error::new(format!("input `{name}` has {len} elements, but must have {n}"))),
     }
 }

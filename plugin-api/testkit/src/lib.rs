@@ -2,10 +2,10 @@
 //!
 //! There are two kinds of tests:
 //!
-//! - *Does the plugin work in a scene?* [`Host`] opens worlds: scenes with the plugin's library, loaded as the program
+//! - *Does the plugin work in a scene?* [`Host`] opens scenes with the plugin's library, which is loaded as the program
 //!   loads it. This requires a built Tatu; see [`Host::find`].
-//! - *Does a device compute the right values?* [`measure`] passes inputs to one [`Sensor`], and [`act`] calls one
-//!   [`Actuator`], without host, library and scene, so that all of it can be debugged in one process.
+//! - *Does a device compute the correct values?* [`measure`] passes inputs to one [`Sensor`], and [`act`] calls one
+//!   [`Actuator`], without a host, a library or a scene, so that all code can be debugged in one process.
 //!
 //! ```no_run
 //! use tatu_plugin_testkit::{Host, plugin};
@@ -48,8 +48,8 @@ pub use readings::Readings;
 pub use tatu_plugin_api::safe::Value;
 pub use world::{Reading, World};
 
-/// Returns the path of the library of the plugin under test, as a [`Result`]: the `cdylib` of the package, which cargo
-/// has built for its tests in the folder `tests`. An argument is the name of a different library:
+/// Returns the path of the library of the plugin under test, as a [`Result`]. This is the `cdylib` of the package,
+/// which cargo builds for tests in the folder `tests`, or that of a library whose name is given:
 /// `plugin!("tatu_lamp")`.
 #[macro_export]
 macro_rules! plugin {

@@ -13,13 +13,13 @@ use crate::{Error, Result};
 /// Fails if there is no such file, because the crate is not a `cdylib`, or only unit tests are built.
 pub fn plugin_library(package: &str) -> Result<PathBuf> {
     let name = format!("{DLL_PREFIX}{}{DLL_SUFFIX}", package.replace('-', "_"));
-    let test = std::env::current_exe().map_err(|e| Error::new(format!("the path of this test is unknown: {e}")))?;
-    // The test is in target/debug/deps; the library is there, or in target/debug.
+    let test = std::env::current_exe().map_err(|e| Error::new(format!("cannot get the path of this test: {e}")))?;
+    // The test is in target/debug/deps; the library is in the same folder, or in target/debug.
     let folders = test.ancestors().skip(1).take(2);
     folders.map(|f| f.join(&name)).find(|file| file.is_file()).ok_or_else(|| {
         Error::new(format!(
             "{name} is not beside {}\n  expected: `crate-type = [\"cdylib\", \"rlib\"]` below [lib] in Cargo.toml, and \
-             the test in the folder `tests`: cargo builds the library for these only\n  help: if [lib] has a `name`, \
+             the test in the folder `tests`: cargo builds the library only for these\n  help: if [lib] has a `name`, \
              pass it: plugin!(\"tatu_lamp\")",
             test.display()
         ))
@@ -32,12 +32,12 @@ pub fn host_library() -> Result<PathBuf> {
     if let Some(file) = std::env::var_os("TATU_TESTHOST").map(PathBuf::from) {
         return match file.is_file() {
             true => Ok(file),
-            false => Err(Error::new(format!("TATU_TESTHOST names {}, which is not a file", file.display()))),
+            false => Err(Error::new(format!("TATU_TESTHOST is set to {}, which is not a file", file.display()))),
         };
     }
     if let Some(home) = std::env::var_os("TATU_HOME").map(PathBuf::from) {
         return beside(&home).ok_or_else(|| {
-            let text = format!("TATU_HOME names {}, where there is no {}", home.display(), host_name());
+            let text = format!("TATU_HOME is set to {}, which does not contain {}", home.display(), host_name());
             Error::new(text + "\n  expected: the folder of the program `tatu`")
         });
     }
@@ -50,11 +50,11 @@ pub fn host_library() -> Result<PathBuf> {
              `tatu plugin test` does so itself",
         )
     })?;
-    // The program in PATH may be a link.
+    // The program in PATH may be a symbolic link.
     let real = folder.join(&program).canonicalize().ok().and_then(|p| p.parent().map(Path::to_owned));
     let found = beside(&folder).or_else(|| beside(&real?));
     found.ok_or_else(|| {
-        let text = format!("the Tatu in {} has no {} beside it", folder.display(), host_name());
+        let text = format!("the program `tatu` in {} has no {} beside it", folder.display(), host_name());
         Error::new(text + "\n  help: build or install all of Tatu; the library is part of it")
     })
 }

@@ -1,4 +1,4 @@
-//! Measures with sensors without a host, with given parameters and inputs.
+//! Measures with sensors without a host, with parameters and inputs that the test specifies.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 
 use crate::{Inputs, Readings, Result, inputs::counts, random};
 
-/// Creates a sensor with these parameters, and measures once; other parameters have their defaults.
+/// Creates a sensor with these parameters, and measures once. All other parameters have their defaults.
 ///
 /// # Errors
 /// Fails if a parameter or an input does not fit its declaration, or the sensor fails.
@@ -27,7 +27,7 @@ pub fn measure_all<S: Sensor>(params: &[(&str, Value)], inputs: Vec<Inputs>) -> 
     batch(&mut benches.iter_mut().collect::<Vec<_>>(), inputs)
 }
 
-/// A sensor without a host, for several measurements, between which its state is retained.
+/// A sensor without a host, for a sequence of measurements between which its state is retained.
 pub struct SensorBench<S: Sensor> {
     sensor: S,
     values: Vec<Value>,
@@ -35,7 +35,7 @@ pub struct SensorBench<S: Sensor> {
 }
 
 impl<S: Sensor> SensorBench<S> {
-    /// Creates a sensor with these parameters; others have their defaults.
+    /// Creates a sensor with these parameters; all others have their defaults.
     ///
     /// # Errors
     /// Fails if a parameter does not fit its declaration, or the sensor rejects it.
@@ -49,8 +49,8 @@ impl<S: Sensor> SensorBench<S> {
         &self.sensor
     }
 
-    /// Changes a parameter, as a script would: the sensor applies it, or is recreated if it requests this. Its state is
-    /// retained.
+    /// Changes a parameter, as a script would: the sensor applies the value, or is recreated if it requests that. Its
+    /// state is retained.
     ///
     /// # Errors
     /// Fails if there is no such parameter, or the sensor rejects the value.
@@ -91,12 +91,12 @@ fn create<S: Sensor>(values: &[Value]) -> Result<S> {
     Ok(S::create(&World::nowhere(&host), instance, &Params::new(&owned.values(values), &declared))?)
 }
 
-/// Inputs and outputs of one sensor of a batch.
+/// Inputs and outputs of one sensor in a batch.
 struct Part {
     inputs: Inputs,
     readings: Readings,
     rays: Vec<[f64; 6]>,
-    /// Numbers of beams and of pixels.
+    /// Number of beams and number of pixels.
     counts: (usize, usize),
 }
 
@@ -136,7 +136,7 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
     }
     let Some(first) = parts.first() else { return Ok(Vec::new()) };
     let raw = empty(parts.len(), &first.inputs);
-    // The batch points to these arrays, which must live as long.
+    // The batch points to these arrays, which must outlive it.
     let sensors: Vec<tatu_object> = (1..=parts.len() as u64).collect();
     let (beams, pixels) = (ends(parts.iter().map(|p| p.counts.0)), ends(parts.iter().map(|p| p.counts.1)));
     let contacts = ends(parts.iter().map(|p| p.inputs.contacts.len()));
@@ -180,8 +180,8 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
         ..raw
     };
     for (i, bench) in benches.iter().enumerate() {
-        // SAFETY: the arrays above are as the header requires: those that the kind requests have an element per beam or
-        // pixel, the others are null. They live until the end of this function, and nothing else uses them; each
+        // SAFETY: the arrays above are as the header requires: those that the kind requests have one element per beam
+        // or pixel, and all others are null. They live until the end of this function, and nothing else uses them; each
         // instance has its own fields and state block.
         let (sample, mut out) = unsafe { (Sample::new(&raw, i), Readout::new(&raw, i, &fields, S::STATE)) };
         bench.sensor.measure(&sample, &mut out)?;
@@ -247,7 +247,7 @@ fn pointer<T>(all: &[T]) -> *const T {
     if all.is_empty() { null() } else { all.as_ptr() }
 }
 
-/// Returns the start offset of each part, followed by the end of the last one.
+/// Returns the start offset of each part, followed by the end offset of the last part.
 fn ends(lengths: impl Iterator<Item = usize>) -> Vec<u64> {
     let mut out = vec![0];
     lengths.for_each(|n| out.push(out.last().copied().unwrap_or(0) + n as u64));

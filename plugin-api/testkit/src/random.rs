@@ -2,15 +2,17 @@
 
 use tatu_plugin_api::abi::tatu_random;
 
-/// The source of a sensor's random numbers. As in a host, a number depends on its index, not on earlier requests.
+/// The source of a sensor's random numbers. As in the host, a number depends only on its index, not on earlier
+/// requests.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Random {
     /// No randomness: normally distributed numbers are 0, and uniform ones 0.5, so that readings are exact.
     #[default]
     Still,
-    /// Numbers that depend on this seed, the same in every run, but different from those of a host.
+    /// Numbers that depend on this seed. They are the same in every run, but differ from those of the host.
     Seed(u64),
-    /// These numbers, by index modulo their count; for uniform numbers they must be in [0, 1).
+    /// The number with index `i` is element `i` of this list, which repeats; for uniform numbers, all elements must be
+    /// in [0, 1).
     Fixed(Vec<f64>),
 }
 
@@ -46,7 +48,7 @@ impl Random {
     }
 }
 
-/// Returns one step of the SplitMix64 generator.
+/// Returns the output of the SplitMix64 generator for the state `x`.
 fn mixed(x: u64) -> u64 {
     let x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -76,10 +78,10 @@ unsafe extern "C" fn normal(random: *const tatu_random, i: u32, first: u64, n: u
 }
 
 /// # Safety
-/// `random` must be made by [`table`] from sources that are alive and have an index `i`; `out` must have room for `n`
-/// numbers.
+/// `random` must have been created by [`table`] from sources that are alive and include index `i`; `out` must have room
+/// for `n` numbers.
 unsafe fn fill(random: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64, get: fn(&Random, u64) -> f64) {
-    // SAFETY: the caller guarantees that the sources are alive and have an index `i`, and that `out` has room.
+    // SAFETY: the caller guarantees that the sources are alive and include index `i`, and that `out` has room.
     unsafe {
         let source = &*(*random).ctx.cast::<Random>().add(i as usize);
         for k in 0..n {

@@ -13,7 +13,7 @@ use crate::{Error, Result, inputs::counts};
 #[derive(Debug, Clone)]
 pub struct Readings {
     fields: Vec<Buffer>,
-    /// State after the measurement: `Sensor::STATE` numbers.
+    /// The state after the measurement, `Sensor::STATE` values.
     pub state: Vec<f64>,
 }
 
@@ -27,11 +27,11 @@ struct Buffer {
 }
 
 impl Readings {
-    /// Creates zeroed fields, whose sizes depend on the sensor's beams.
+    /// Creates zeroed fields, whose sizes may depend on the sensor's beams.
     pub(crate) fn empty(fields: &[Field], beams: &Beams) -> Result<Self> {
         let buffer = |f: &Field| {
             let len = f.shape().iter().map(|d| elements(*d, beams)).product();
-            let each = size(f.elem()).ok_or_else(|| Error::new(format!("`{}` has an unknown type", f.name())))?;
+            let each = size(f.elem()).ok_or_else(|| Error::new(format!("`{}` has an undefined type", f.name())))?;
             Ok(Buffer { name: f.name(), elem: f.elem(), len, words: vec![0; (len * each).div_ceil(8) as usize] })
         };
         Ok(Readings { fields: fields.iter().map(buffer).collect::<Result<_>>()?, state: Vec::new() })
@@ -43,10 +43,10 @@ impl Readings {
         (self.fields.iter_mut().map(place).collect(), self.fields.iter().map(|b| b.len).collect())
     }
 
-    /// Returns an error if a field holds NaN, as the host does.
+    /// Returns an error if a field contains NaN, as the host does.
     pub(crate) fn checked(self) -> Result<Self> {
         match self.fields.iter().find(|b| b.numbers().iter().any(|x| x.is_nan())) {
-            Some(b) => Err(Error::new(format!("the sensor broke the contract: its field `{}` holds NaN", b.name))),
+            Some(b) => Err(Error::new(format!("the sensor broke the contract: its field `{}` contains NaN", b.name))),
             None => Ok(self),
         }
     }
@@ -66,7 +66,7 @@ impl Readings {
         self.buffer(field).map(Buffer::numbers)
     }
 
-    /// Returns the number of a field with one element.
+    /// Returns the value of a field with a single element.
     ///
     /// # Errors
     /// Fails if there is no such field, or its number of elements is not 1.
@@ -74,7 +74,7 @@ impl Readings {
         match self.f64s(field)?.as_slice() {
             [one] => Ok(*one),
             all => {
-                Err(Error::new(format!("`{field}` has {} numbers, but expected one\n  help: use `f64s`", all.len())))
+                Err(Error::new(format!("`{field}` has {} elements, but `f64` needs 1\n  help: use `f64s`", all.len())))
             }
         }
     }
@@ -86,7 +86,7 @@ impl Readings {
     pub fn objects(&self, field: &str) -> Result<Vec<tatu_object>> {
         match self.buffer(field)? {
             Buffer { elem: TATU_ELEM_OBJECT, words, .. } => Ok(words.clone()),
-            _ => Err(Error::new(format!("`{field}` is not a field of objects"))),
+            _ => Err(Error::new(format!("the elements of the field `{field}` are not objects"))),
         }
     }
 }

@@ -9,12 +9,12 @@ use tatu_plugin_api::{
 
 use crate::{Error, Result};
 
-/// A running scene. It belongs to the thread that opened it, and is closed when it is dropped.
+/// A running scene. Only the thread that opened it can use it, and it is closed when it is dropped.
 pub struct World {
     table: &'static tatu_test_host,
     /// Null once the world is closed.
     raw: *mut tatu_test_world,
-    /// Makes the type neither `Send` nor `Sync`.
+    /// Prevents the type from being `Send` or `Sync`.
     thread: PhantomData<*mut ()>,
 }
 
@@ -38,7 +38,7 @@ impl World {
     /// `table` must belong to the host.
     pub(crate) unsafe fn last_error(table: &tatu_test_host) -> Error {
         let Some(last) = table.last_error else { return Error::new("the host failed without an error message") };
-        // SAFETY: the text of the host lives until the next call, and is copied at once.
+        // SAFETY: the host's text lives until the next call, and is copied at once.
         Error::new(unsafe { Lent::new(last()) }.text())
     }
 
@@ -60,13 +60,13 @@ impl World {
     /// Fails if a script or plugin has requested a stop.
     pub fn step(&self, n: u64) -> Result {
         let step = host!(self.step);
-        // SAFETY: a world that is open.
+        // SAFETY: the world is open.
         self.check(unsafe { step(self.raw, n) })
     }
 
     /// Returns the simulation time, s.
     pub fn time(&self) -> f64 {
-        // SAFETY: a world that is open.
+        // SAFETY: the world is open.
         self.table.time.map_or(0.0, |time| unsafe { time(self.raw) })
     }
 
@@ -83,7 +83,7 @@ impl World {
     }
 
     /// Returns a property of an object: "position", "joint.position", a parameter such as "lamp.range", or a command of
-    /// an actuator. An empty path is the world: "scene.gravity".
+    /// an actuator. An empty path stands for the world ("scene.gravity").
     ///
     /// # Errors
     /// Fails if there is no such object or property.
@@ -120,25 +120,25 @@ impl World {
         let (args, out) = (args.as_ptr(), results.as_mut_ptr());
         // SAFETY: the world is open; the text and the arrays, of the stated lengths, live during the call.
         self.check(unsafe { call(self.raw, name.as_ptr(), args, count, out, cap, &raw mut n) })?;
-        // SAFETY: the host has written so many values, which are valid until the next call with this world; they are
-        // copied at once.
+        // SAFETY: the host has written this number of values, which are valid until the next call with this world; they
+        // are copied at once.
         let results = unsafe { ValueRef::slice(results.as_ptr(), n.min(cap) as usize) };
         Ok(results.iter().map(|v| v.to_value()).collect::<Result<_, _>>()?)
     }
 
-    /// Returns the messages logged since the last call.
+    /// Returns the messages logged since the previous call.
     pub fn lines(&self) -> Vec<String> {
         // SAFETY: the world is open, and the text lives until the next call with it.
         self.table.lines.map_or(Vec::new(), |lines| lines_of(unsafe { Lent::new(lines(self.raw)) }))
     }
 
-    /// Returns the faults since the last call. Faults that have not been read make [`World::close`] fail.
+    /// Returns the faults since the previous call. If faults have not been read, [`World::close`] fails.
     pub fn faults(&self) -> Vec<String> {
         // SAFETY: the world is open, and the text lives until the next call with it.
         self.table.faults.map_or(Vec::new(), |faults| lines_of(unsafe { Lent::new(faults(self.raw)) }))
     }
 
-    /// Stops and closes the world. A test should end with this, because dropping the world ignores errors.
+    /// Stops and closes the world. A test should call this at its end, because dropping the world ignores errors.
     ///
     /// # Errors
     /// Fails if a fault occurs while scripts and plugins end, or has occurred before and has not been read.
@@ -167,7 +167,7 @@ fn lines_of(text: Lent<'_>) -> Vec<String> {
     text.text().lines().map(str::to_owned).collect()
 }
 
-/// A reading of a sensor.
+/// The last reading of a sensor, copied.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     path: String,
@@ -200,7 +200,7 @@ impl Reading {
     pub fn time(&self) -> f64 {
         self.time
     }
-    /// Returns how often the sensor has been measured; 0: never.
+    /// Returns the number of measurements of the sensor so far; 0 if it has not been measured.
     pub fn sequence(&self) -> u64 {
         self.sequence.unsigned_abs()
     }
@@ -229,7 +229,7 @@ impl Reading {
         }
     }
 
-    /// Returns the number of a field with one element.
+    /// Returns the value of a field with a single element.
     ///
     /// # Errors
     /// Fails like [`Reading::f64s`], or if the number of elements is not 1.
@@ -237,7 +237,7 @@ impl Reading {
         match self.f64s(field)?.as_slice() {
             [one] => Ok(*one),
             all => {
-                let text = format!("{}: `{field}` has {} numbers, but expected one", self.path, all.len());
+                let text = format!("{}: `{field}` has {} elements, but `f64` needs 1", self.path, all.len());
                 Err(Error::new(text + "\n  help: use `f64s`"))
             }
         }

@@ -78,16 +78,16 @@ fn images_have_rows_and_columns() {
 fn what_does_not_fit_is_refused() {
     let told = |params: &[(&str, Value)], inputs: Inputs| measure::<Eye>(params, inputs).unwrap_err().to_string();
     let short = Inputs { depth: vec![1.0], ..Inputs::default() };
-    assert!(told(&[], short).contains("`depth` has 1 elements, but the sensor has 6"));
+    assert!(told(&[], short).contains("`depth` has 1 elements, but must have 6"));
     let foreign = Inputs { twist: [0.0; 6], distance: vec![1.0], ..Inputs::default() };
     assert!(told(&[], foreign).contains("`distance` has 1 elements, but the sensor does not receive it"));
-    assert!(told(&[("colums", 2.into())], Inputs::default()).contains("no parameter `colums`; declared: columns, own"));
+    assert!(told(&[("colums", 2.into())], Inputs::default()).contains("declared parameters are: columns, own"));
     assert!(told(&[("columns", 200.into())], Inputs::default()).contains("200 is not within 1 to 100"));
     assert!(told(&[("columns", "x".into())], Inputs::default()).contains("expected an integer, found a text"));
     let endless = Inputs { depth: vec![f32::NAN; 6], ..Inputs::default() };
-    assert!(told(&[], endless).contains("`eye.depth` holds NaN"));
+    assert!(told(&[], endless).contains("`eye.depth` contains NaN"));
     let reading = measure::<Eye>(&[], Inputs::default()).unwrap();
-    assert!(reading.f64("eye.depth").unwrap_err().to_string().contains("6 numbers, but expected one"));
+    assert!(reading.f64("eye.depth").unwrap_err().to_string().contains("6 elements, but `f64` needs 1"));
     assert!(reading.f64("eye.dept").unwrap_err().to_string().contains("expected: one of eye.depth"));
 }
 

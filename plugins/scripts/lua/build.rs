@@ -15,7 +15,7 @@ use std::{
     process::Command,
 };
 
-/// The version of `lua-src`, as in Cargo.toml; below, the folder of Lua's sources in it.
+/// The version of `lua-src`, as in Cargo.toml, and the folder of Lua's sources in that crate.
 const LUA_SRC: &str = "=551.0.2";
 const LUA: &str = "lua-5.4.9";
 const OURS: &str = "src/lua_internals.c";
@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Copies Lua's files, adding the charges; returns the folder of the copy.
+/// Copies Lua's files and applies the edits of `CHARGES` to the copies; returns the folder of the copies.
 fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let folder = Path::new(&env::var("OUT_DIR")?).join("lua");
     fs::create_dir_all(&folder)?;
@@ -83,7 +83,7 @@ fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
         let mut text = fs::read_to_string(&path)?;
         for (_, before, after) in charges::CHARGES.iter().filter(|(file, ..)| *file == name) {
             if text.matches(before).count() != 1 {
-                return Err(format!("{name} of {LUA} must contain exactly once: {before:?}").into());
+                return Err(format!("{name} of {LUA} must contain this text exactly once: {before:?}").into());
             }
             text = text.replace(before, after);
         }
@@ -92,8 +92,8 @@ fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
     Ok(folder)
 }
 
-/// Returns the folder of `lua-src`, as reported by cargo for a package without any other dependency: without a network
-/// connection, cargo might be unable to resolve the whole workspace, because some of its dependencies may be missing.
+/// Returns the folder of `lua-src`, as reported by cargo for a generated package without other dependencies. Without a
+/// network connection, cargo might be unable to resolve the whole workspace, because some dependencies may be missing.
 fn sources() -> Result<PathBuf, Box<dyn Error>> {
     let package = Path::new(&env::var("OUT_DIR")?).join("find-lua");
     fs::create_dir_all(package.join("src"))?;

@@ -1,6 +1,6 @@
-//! Embeds the page and its libraries, so that the program needs neither Node nor a network. npm fetches the libraries
-//! into cargo's output folder of this build, in the versions that `page/package-lock.json` pins. If they are missing,
-//! the program is built nevertheless, and its page reports what is missing.
+//! Embeds the page and its libraries, so the program needs neither Node nor a network at run time. npm fetches the
+//! libraries into cargo's output folder, in the versions that `page/package-lock.json` pins. If they cannot be fetched,
+//! the program is built nevertheless, and its page explains how to install them.
 
 use std::{
     env, fs, io,
@@ -11,7 +11,7 @@ use std::{
 
 use serde_json::{Map, Value, json};
 
-/// Libraries: the name by which modules import them, and the file in `node_modules`.
+/// The libraries: the specifier by which modules import each of them, and its file in `node_modules`.
 const LIBRARIES: &[(&str, &str)] = &[
     ("three", "three/build/three.module.min.js"),
     ("three/controls", "three/examples/jsm/controls/OrbitControls.js"),
@@ -32,9 +32,10 @@ const LIBRARIES: &[(&str, &str)] = &[
     ("w3c-keyname", "w3c-keyname/index.js"),
 ];
 
-/// Files that libraries import by relative path.
+/// Further files in `node_modules`, which libraries import by relative path.
 const BESIDE: &[&str] = &["three/build/three.core.min.js"];
 
+/// Returns the content type of a file, or `None` if files with its extension are not embedded.
 fn kind(path: &Path) -> Option<&'static str> {
     Some(match path.extension()?.to_str()? {
         "html" => "text/html; charset=utf-8",
@@ -46,22 +47,22 @@ fn kind(path: &Path) -> Option<&'static str> {
     })
 }
 
-/// The variable that switches npm off, and its value.
+/// The environment variable that disables npm, and the value that does so.
 const SWITCH: &str = "TATU_PAGE_NPM";
 const OFF: &str = "off";
-/// Arguments of npm. Each file is requested only once and with a short timeout, because the build waits.
+/// Arguments of npm. Failed downloads are not retried and time out soon, because the build waits for them.
 const NPM: &[&str] =
     &["ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=0", "--fetch-timeout=10000"];
 /// The files that `npm ci` reads.
 const LOCK: &str = "package-lock.json";
 const PACKAGE: &str = "package.json";
-/// A copy of the lock file, written when everything in it has been installed.
+/// A copy of the lock file, written after all packages that it lists have been installed.
 const INSTALLED: &str = "installed-lock.json";
-/// If npm fails within this time, it is started again in every build.
+/// If npm fails within this time, every later build runs it again.
 const QUICK: Duration = Duration::from_secs(5);
 
-/// Returns the folder with the libraries, installing them if necessary, or `None` after a warning if they are not
-/// available.
+/// Returns the folder that contains the libraries, installing them if necessary. If they are not available, prints a
+/// warning and returns `None`.
 fn libraries(page: &Path, out: &Path) -> Option<PathBuf> {
     println!("cargo::rerun-if-env-changed={SWITCH}");
     let folder = out.join("page");
@@ -70,7 +71,7 @@ fn libraries(page: &Path, out: &Path) -> Option<PathBuf> {
         let mut files = LIBRARIES.iter().map(|(_, file)| *file).chain(BESIDE.iter().copied());
         files.all(|file| modules.join(file).is_file())
     };
-    let lock = fs::read(page.join(LOCK)).expect("the lock of the page's libraries");
+    let lock = fs::read(page.join(LOCK)).expect("cannot read package-lock.json of the page");
     if fs::read(folder.join(INSTALLED)).is_ok_and(|installed| installed == lock) && has_all() {
         return Some(modules);
     }
@@ -81,24 +82,24 @@ fn libraries(page: &Path, out: &Path) -> Option<PathBuf> {
     let began = Instant::now();
     match install(page, &folder) {
         Ok(()) if has_all() => {
-            fs::write(folder.join(INSTALLED), lock).expect("the copy of the lock");
+            fs::write(folder.join(INSTALLED), lock).expect("cannot write the copy of package-lock.json");
             return Some(modules);
         }
-        Ok(()) => warn("npm has installed other files than those in build.rs", "correct LIBRARIES there"),
+        Ok(()) => warn("npm did not install all files that build.rs lists", "correct `LIBRARIES` in build.rs"),
         Err(e) if e.kind() == io::ErrorKind::NotFound => {
             warn("npm was not found", "install it (Debian: `apt-get install npm`), and build again");
-            // Installing npm changes one of the folders in PATH, and so triggers another build.
+            // Installing npm changes one of the folders in PATH, which makes cargo run this script again.
             let path = env::var_os("PATH").unwrap_or_default();
             for commands in env::split_paths(&path).filter(|p| p.is_absolute() && p.is_dir()) {
                 println!("cargo::rerun-if-changed={}", commands.display());
             }
         }
         Err(e) if began.elapsed() < QUICK => {
-            warn(&format!("`npm ci` has failed: {e}"), "correct this, and build again");
-            // Cargo runs this script in every build as long as a file that it names does not exist.
+            warn(&format!("`npm ci` failed: {e}"), "fix this, and build again");
+            // Cargo runs this script in every build while a file that it watches does not exist.
             println!("cargo::rerun-if-changed={}", folder.join(INSTALLED).display());
         }
-        Err(e) => warn(&format!("`npm ci` has failed: {e}"), &format!("correct this, and build with {SWITCH}=again")),
+        Err(e) => warn(&format!("`npm ci` failed: {e}"), &format!("fix this, and build with {SWITCH}=again")),
     }
     None
 }
@@ -107,10 +108,11 @@ fn warn(why: &str, help: &str) {
     println!("cargo::warning=the program is built without its page, whose libraries are missing: {why}; {help}");
 }
 
-/// Runs npm in a separate folder. The error is that of starting npm, or npm's first message.
+/// Installs the libraries by running npm in a separate folder. If npm cannot be started, returns that error; if it
+/// fails, returns its first informative message.
 fn install(page: &Path, folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
-    // From here on, the libraries of an earlier build may be incomplete.
+    // From here on, `node_modules` may be incomplete, so the mark of an earlier installation is removed.
     match fs::remove_file(folder.join(INSTALLED)) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
         _ => {}
@@ -124,7 +126,7 @@ fn install(page: &Path, folder: &Path) -> io::Result<()> {
         return Ok(());
     }
     let text = String::from_utf8_lossy(&out.stderr);
-    // The first lines only describe the failed system call.
+    // npm prints the error code and the failed system call before the message.
     let details = ["code ", "errno ", "syscall ", "path "];
     let is_said = |line: &&str| !line.is_empty() && !details.iter().any(|word| line.starts_with(word));
     let mut lines = text.lines().filter_map(|line| line.strip_prefix("npm error ")).filter(is_said);
@@ -132,11 +134,12 @@ fn install(page: &Path, folder: &Path) -> io::Result<()> {
 }
 
 fn main() {
-    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets the folder")).join("page");
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets the folder"));
+    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR")).join("page");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let mut entries: Vec<(String, &'static str, PathBuf)> = Vec::new();
     let mut imports = Map::new();
-    let mut names: Vec<PathBuf> = fs::read_dir(&root).expect("the page").flatten().map(|e| e.path()).collect();
+    let mut names: Vec<PathBuf> =
+        fs::read_dir(&root).expect("cannot list the folder of the page").flatten().map(|e| e.path()).collect();
     names.sort();
     println!("cargo::rerun-if-changed=page");
     for path in names.into_iter().filter(|p| p.is_file()) {
@@ -157,17 +160,18 @@ fn main() {
         }
     }
     let whole = modules.is_some();
-    // For the build script of the program: its browser tests of the page need the libraries.
+    // Read by the program's build script: browser tests of the page can run only if the libraries are embedded.
     println!("cargo::metadata=whole={whole}");
     let axe = modules.map(|modules| modules.join("axe-core/axe.min.js")).filter(|file| file.is_file());
     println!("cargo::metadata=axe={}", axe.unwrap_or_default().display());
     let map = json!({ "imports": imports }).to_string();
-    let mut text =
-        String::from("/// Path, type and bytes of each file.\npub static FILES: &[(&str, &str, &[u8])] = &[\n");
+    let mut text = String::from(
+        "/// Path, content type and bytes of each embedded file.\npub static FILES: &[(&str, &str, &[u8])] = &[\n",
+    );
     for (name, kind, path) in &entries {
         text += &format!("    ({name:?}, {kind:?}, include_bytes!({:?})),\n", path.display().to_string());
     }
-    text += &format!("];\n/// The import map.\npub const IMPORT_MAP: &str = {map:?};\n");
-    text += &format!("/// Whether the libraries are embedded.\npub const WHOLE: bool = {whole};\n");
-    fs::write(out.join("files.rs"), text).expect("the list of files");
+    text += &format!("];\n/// The import map of the page, JSON.\npub const IMPORT_MAP: &str = {map:?};\n");
+    text += &format!("/// Whether the page's libraries are embedded.\npub const WHOLE: bool = {whole};\n");
+    fs::write(out.join("files.rs"), text).expect("cannot write files.rs");
 }

@@ -3,8 +3,8 @@
 // Build: cc -std=c11 -shared -fPIC -I../../include -o libtatu_c_command.so c_command.c
 // Try:   TATU_PLUGIN_PATH=. tatu list commands
 //
-// The file is read from the bottom up by the host: `tatu_plugin`, then `init`, `extension`, the tables of section 4,
-// and at last the commands of section 3. The manual of everything named tatu_ is the header.
+// The host uses the file from the bottom up: `tatu_plugin`, then `init`, `extension`, the tables of section 4, and
+// finally the commands of section 3. Everything that begins with tatu_ is documented in the header.
 
 #include "tatu.h"
 
@@ -18,11 +18,11 @@
 #define PLUGIN_NAME "Example commands in C"
 #define PLUGIN_VERSION "0.1.0"
 #define PLUGIN_LICENCE "MIT"
-#define PREFIX "example." // in front of all names of commands: take one that nobody else has
+#define PREFIX "example." // starts the names of all commands; choose one that no other plugin uses
 
 // ---------------------------------------------------------------- (2) What you keep ---------------------------------
 
-// The plugin: one per host, shared by all its worlds and their threads, so nothing in it changes after `init`.
+// The plugin. There is one per host, shared by all worlds and their threads, so it does not change after `init`.
 typedef struct plugin {
   const tatu_host *host;
   const tatu_host_commands *commands;
@@ -31,24 +31,25 @@ typedef struct plugin {
   const tatu_host_log *log; // may be null: it is an optional need
 } plugin;
 
-// The instance: one per world. Things that can be found again (keys, ids of commands) or cannot be saved.
+// The instance. There is one per world; it contains what can be looked up again (keys, ids of commands) and what cannot
+// be saved.
 typedef struct instance {
-  tatu_prop time_key;          // the number that stands for "scene.time"
-  uint64_t generation;         // of the commands when `read_sensor` was found
-  uint32_t read_sensor;        // simReadProximitySensor: its id, 0 if there is none
-  uint32_t alias;              // and which of the command's names that is
-  tatu_func kept;              // what example.later was given; 0: nothing
+  tatu_prop time_key;          // the key of the property "scene.time"
+  uint64_t generation;         // of the registered commands when `read_sensor` was looked up
+  uint32_t read_sensor;        // the id of simReadProximitySensor, 0 if no plugin offers it
+  uint32_t alias;              // the index of that name among the names of the command
+  tatu_func kept;              // the function that example.later was given; 0: none
 } instance;
 
-// The state: also one per world, but in the host's memory, so that it is saved, restored and zeroed with the world.
-// Plain numbers only, no pointers.
+// The state. There is one per world, in memory of the host, which saves, restores and zeroes it with the world. It must
+// contain plain numbers only, no pointers.
 typedef struct state {
   int64_t count;
 } state;
 
-// ---------------------------------------------------------------- Tools: keep them as they are ----------------------
+// ---------------------------------------------------------------- Helpers: keep them unchanged ----------------------
 
-// Passes the error of another call or a service on to the caller. `why` may be null.
+// Passes the error of a nested call or of a service on to the caller. `why` can be null.
 static tatu_status pass_on(tatu_call *call, tatu_status status, const tatu_error *why) {
   if (why == call->error) return status;
   if (!TATU_HAS(why, code)) return tatu_call_fail(call, status, "refused by the host without a reason");
@@ -59,14 +60,14 @@ static tatu_status pass_on(tatu_call *call, tatu_status status, const tatu_error
   return status;
 }
 
-// Fails because a service of the host refused.
+// Fails with the error that a service of the host has reported.
 static tatu_status refused(tatu_call *call, tatu_status status) {
   const plugin *self = call->self;
   return pass_on(call, status, TATU_HAS(self->log, last_error) ? self->log->last_error(call->world) : NULL);
 }
 
-// The frame of a call that we make ourselves, with room for ROOM results; the host fills in the rest. Its wait_token
-// is 0: what we call cannot wait.
+// The frame of a nested call with room for ROOM results; the host fills in the rest. Its wait_token is 0, so the called
+// function cannot wait.
 #define ROOM 16
 static tatu_call new_frame(const tatu_value *args, uint32_t n_args, tatu_value *results) {
   tatu_call frame = {
@@ -74,22 +75,22 @@ static tatu_call new_frame(const tatu_value *args, uint32_t n_args, tatu_value *
   return frame;
 }
 
-// The numbers of an argument that is declared as F64S.
+// Returns the values of argument `i`, which is declared as F64S, and stores their count in `n`.
 static const double *numbers(const tatu_call *call, uint32_t i, uint64_t *n) {
   *n = call->args[i].u.s.len;
   return call->args[i].u.s.ptr;
 }
 
-// One entry of a map.
+// Returns one entry of a map.
 static tatu_pair entry(const char *key, tatu_value value) {
   tatu_pair pair = {tatu_string(key), value};
   return pair;
 }
 
 // ---------------------------------------------------------------- (3) The commands ----------------------------------
-// The host has checked the arguments against the tables of section 4: their number and types can be relied on.
+// The host has checked the count and the types of the arguments against the tables of section 4.
 
-// example.describe(number, text, table, function): arguments of several types, a call back, a table as result.
+// example.describe(number, text, table, function): arguments of several types, a callback, and a table as result.
 static tatu_status TATU_CALL describe(tatu_call *call) {
   const plugin *self = call->self;
   double number = tatu_arg_float(call, 0);
@@ -98,7 +99,7 @@ static tatu_status TATU_CALL describe(tatu_call *call) {
   const double *table = numbers(call, 2, &n);
   tatu_func function = call->args[3].u.u;
 
-  // Work: nothing that we return may point into the arguments, so all is copied.
+  // Results must not point into the arguments, so everything is copied.
   double sum = 0;
   double *scaled = tatu_keep(call, table, n * sizeof *table);
   char *name = tatu_keep(call, text.ptr, text.len);
@@ -109,16 +110,16 @@ static tatu_status TATU_CALL describe(tatu_call *call) {
     scaled[i] *= number;
   }
 
-  // Call the script's function with the sum, and keep the first thing that it returns.
+  // Calls the script's function with the sum and keeps its first result.
   tatu_value results[ROOM] = {{0}};
   tatu_value argument = tatu_float(sum);
   tatu_call frame = new_frame(&argument, 1, results);
   tatu_status status = self->commands->call_func(call->world, function, &frame);
   if (status < 0) return pass_on(call, status, frame.error);
-  // What a nested call gave may be handed on, as long as nothing is released in between.
+  // A result of a nested call can be returned directly if nothing has been released since.
   tatu_value called = frame.n_results ? frame.results[0] : tatu_nil();
 
-  // Results: a table, and how many numbers there were.
+  // The results are a table and the count of the numbers.
   map[0] = entry("name", tatu_span(TATU_TEXT, name, text.len));
   map[1] = entry("scaled", tatu_span(TATU_F64S, scaled, n));
   map[2] = entry("sum", tatu_float(sum));
@@ -127,27 +128,27 @@ static tatu_status TATU_CALL describe(tatu_call *call) {
   return tatu_return(call, tatu_int((int64_t)n));
 }
 
-// example.nextStep(): waits. The host calls this function twice: first to begin, later with `resume` set to go on.
+// example.nextStep(): waits for the next step. The host calls this function twice, the second time with `resume` set.
 static tatu_status TATU_CALL next_step(tatu_call *call) {
   const plugin *self = call->self;
   const instance *here = call->instance;
   if (!call->resume) {
     tatu_status status = call->api->wait(call, TATU_UNTIL_STEPS, 1, tatu_text(""), 1);
-    return status < 0 ? status : TATU_WAIT; // refused where the caller cannot wait; the host reports that
+    return status < 0 ? status : TATU_WAIT; // if the caller cannot wait, the host reports an error
   }
   double time;
   tatu_status status = self->scene->get_f64(call->world, 0, here->time_key, &time, 1);
   return status < 0 ? refused(call, status) : tatu_return(call, tatu_float(time));
 }
 
-// example.refuse(text): fails. Say what is wrong, add what to do, return the code.
+// example.refuse(text): fails. An error consists of a code, a sentence on the cause, and a hint on what to do.
 static tatu_status TATU_CALL refuse(tatu_call *call) {
   call->error->say(call->error, TATU_ERR_ARGUMENT, tatu_arg_text(call, 0));
   call->error->add(call->error, TATU_PART_HELP, tatu_text("call example.count() instead, which never fails"), 0);
   return TATU_ERR_ARGUMENT;
 }
 
-// Pushes a body during the next physics step. Handles of scripts go to services as they are.
+// Pushes a body during the next physics step. Services accept the handles that scripts use.
 static tatu_status push_body(tatu_call *call, int64_t body, const double *force) {
   const plugin *self = call->self;
   tatu_status status = self->bodies->push(call->world, (tatu_object)body, force, NULL);
@@ -160,7 +161,8 @@ static tatu_status TATU_CALL push(tatu_call *call) {
   return push_body(call, tatu_arg_int(call, 0), numbers(call, 1, &n));
 }
 
-// Finds the command that reads a sensor, again only when commands have come or gone. 0: there is none.
+// Returns the id of the command that reads a sensor, or 0 if no plugin offers it. The command is looked up again only
+// when commands have been added or removed.
 static uint32_t read_sensor_command(tatu_call *call) {
   const plugin *self = call->self;
   instance *here = call->instance;
@@ -180,7 +182,7 @@ static tatu_status TATU_CALL push_when_near(tatu_call *call) {
   uint32_t found = read_sensor_command(call);
   if (!found) return tatu_call_fail(call, TATU_ERR_UNKNOWN, "no plugin offers simReadProximitySensor");
 
-  // Call it. What its results point to lies in the world's arena from `mark` on, until we give it back.
+  // The results point into the world's arena, behind `mark`, and are valid until that part is released below.
   tatu_value results[ROOM] = {{0}};
   tatu_value argument = tatu_int(tatu_arg_int(call, 0));
   tatu_call frame = new_frame(&argument, 1, results);
@@ -189,28 +191,28 @@ static tatu_status TATU_CALL push_when_near(tatu_call *call) {
   uint64_t mark = self->commands->mark(call->world);
   tatu_status status = self->commands->call(call->world, &frame);
 
-  // The helpers that read arguments read results too: 1 and the distance, or only 0 (nothing seen) or -1 (not yet
-  // measured).
+  // The helpers for arguments can also read results. These are 1 and the distance, or only 0 (nothing detected) or -1
+  // (not measured yet).
   tatu_call answer = {.args = frame.results, .n_args = status < 0 ? 0 : frame.n_results};
   int seen = tatu_arg_int(&answer, 0) == 1 && tatu_has_arg(&answer, 1);
   double distance = tatu_arg_float(&answer, 1);
   self->commands->release(call->world, mark);
   if (status < 0) return pass_on(call, status, frame.error);
 
-  // Act, and report what was done. Nothing seen: no distance.
+  // Pushes if the object is near, and returns whether it did. The distance is returned only if something was detected.
   int is_near = seen && distance < tatu_arg_float(call, 2);
   if (is_near && (status = push_body(call, tatu_arg_int(call, 1), force)) < 0) return status;
   if ((status = tatu_return(call, tatu_int(is_near))) < 0) return status;
   return seen ? tatu_return(call, tatu_float(distance)) : TATU_OK;
 }
 
-// example.count(): uses the state. Each world counts for itself, and begins at 1 again when it is reset.
+// example.count(): uses the state. Each world has its own count, which restarts at 1 when the world is reset.
 static tatu_status TATU_CALL count(tatu_call *call) {
   state *kept = call->state;
   return tatu_return(call, tatu_int(++kept->count));
 }
 
-// example.later(function): keeps a function. Without `retain` it would be gone when this call returns.
+// example.later(function): keeps a function. Without `retain` it would be invalid after this call.
 static tatu_status TATU_CALL later(tatu_call *call) {
   const plugin *self = call->self;
   instance *here = call->instance;
@@ -222,7 +224,8 @@ static tatu_status TATU_CALL later(tatu_call *call) {
   return TATU_OK;
 }
 
-// example.fire(): calls the kept function and gives it up. It is taken out first: it may itself call example.later.
+// example.fire(): calls the kept function and releases it. `kept` is cleared first because the function may itself call
+// example.later.
 static tatu_status TATU_CALL fire(tatu_call *call) {
   const plugin *self = call->self;
   instance *here = call->instance;
@@ -244,7 +247,7 @@ static tatu_status TATU_CALL fire(tatu_call *call) {
 
 // ---------------------------------------------------------------- (4) What is declared     -------------------------
 
-// One line of a list of parameters or results. Both bounds 0: none at all.
+// One parameter or result. If both bounds are 0, the value is not limited.
 #define PARAM_FULL(Type, Count, Key, Unit, Lowest, Highest, Text)                                                      \
   &(const tatu_param) {                                                                                                \
     .size = sizeof(tatu_param), .type = (Type), .count = (Count), .key = (Key), .unit = (Unit), .lowest = (Lowest),    \
@@ -256,11 +259,11 @@ static tatu_status TATU_CALL fire(tatu_call *call) {
 #define VECTOR(Key, Unit, Text) PARAM_FULL(TATU_F64S, 3, Key, Unit, 0, 0, Text)
 #define HANDLE(Key, Text) PARAM_FULL(TATU_I64, 0, Key, NULL, 0, 0xFFFFF, Text)
 
-// A list of parameters or results. One without an entry is `NONE`.
+// A list of parameters or results. The empty list is `NONE`.
 #define LIST(...) (const tatu_param *const[]) { __VA_ARGS__, NULL }
 #define NONE (const tatu_param *const[]) { NULL }
 
-// A command under one name.
+// A command with a single name.
 #define COMMAND(Call, Name, Params, Returns, Text, Example)                                                            \
   &(const tatu_command) {                                                                                              \
     .size = sizeof(tatu_command),                                                                                      \
@@ -316,7 +319,7 @@ static const tatu_command *const commands[] = {
 
 // ---------------------------------------------------------------- (5) What you need ---------------------------------
 
-// Without the first three the plugin is not loaded; with the log, the host's own messages are passed on.
+// Without the first three the plugin is not loaded. The log is optional; it provides the host's error messages.
 static const tatu_need *const needs[] = {
     &(const tatu_need){.size = sizeof(tatu_need), .id = TATU_HOST_COMMANDS},
     &(const tatu_need){.size = sizeof(tatu_need), .id = TATU_HOST_BODIES},
@@ -325,7 +328,7 @@ static const tatu_need *const needs[] = {
     NULL,
 };
 
-// Starts the plugin: takes the tables of the services and looks whether all that is used is there.
+// Starts the plugin: stores the tables of the services and checks that they contain all functions that it calls.
 static tatu_status TATU_CALL init(const tatu_host *host, void **self, tatu_error *error) {
   plugin *made = calloc(1, sizeof *made);
   if (!made) return tatu_fail(error, TATU_ERR, "out of memory");
@@ -348,29 +351,29 @@ static tatu_status TATU_CALL init(const tatu_host *host, void **self, tatu_error
 // Ends the plugin.
 static void TATU_CALL end(void *self) { free(self); }
 
-// A world begins: makes the instance.
+// Creates the instance of a new world.
 static tatu_status TATU_CALL begin_world(void *self, const tatu_instance *given, void **data, tatu_error *error) {
   const plugin *of = self;
   instance *made = calloc(1, sizeof *made);
   (void)given; // holds the world and the state block
   if (!made) return tatu_fail(error, TATU_ERR, "out of memory");
   made->time_key = of->scene->prop(of->host, "scene.time");
-  made->generation = UINT64_MAX; // of no commands: they are looked up at the first use
+  made->generation = UINT64_MAX; // matches no generation, so the first use looks the command up
   *data = made;
   return TATU_OK;
 }
 
-// A world ends. The functions of its scripts have ended before it.
+// Frees the instance of a world. The functions of the world's scripts have already been released.
 static void TATU_CALL end_world(void *data) { free(data); }
 
-// A snapshot is taken: the state is saved by the host, a kept function cannot be.
+// Called when a snapshot is taken. The host saves the state itself; a kept function cannot be saved.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *writer, tatu_error *error) {
   const instance *here = data;
   (void)writer; // nothing else to write
   return here->kept ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "a function waits for example.fire") : TATU_OK;
 }
 
-// What is made and ended with each world.
+// Functions that create, save and destroy the data of each world
 static const tatu_life per_world = {
     .size = sizeof(tatu_life),
     .state_bytes = sizeof(state),
@@ -385,13 +388,13 @@ static const tatu_ext_command command_extension = {
     .per_world = &per_world,
 };
 
-// What the plugin offers: commands, and nothing else.
+// Returns the tables that the plugin offers: only commands.
 static const void *TATU_CALL extension(void *self, const char *id) {
   (void)self;
   return strcmp(id, TATU_COMMAND) == 0 ? &command_extension : NULL;
 }
 
-// The one thing that the library exports.
+// The only symbol that the library exports
 TATU_EXPORT const tatu_plugin_t tatu_plugin = {
     .size = sizeof(tatu_plugin_t),
     .abi_major = TATU_ABI_MAJOR,

@@ -1,5 +1,5 @@
-// cart: a robot model. A body on two driven wheels and a caster ball; it stands on z = 0 and heads along +x.
-// Parameter: wheel_radius, 0.06 to 0.2 m. The axle lies under the middle of the body, so `tatu.drive` moves that.
+// cart: a robot model with a body on two driven wheels and a caster ball. It stands on z = 0 and faces along +x.
+// Parameter: wheel_radius, 0.06 to 0.2 m. The axle is below the middle of the body, the point that `tatu.drive` moves.
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_cart.so cart.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 120 --threads 1
@@ -8,9 +8,9 @@
 
 #include <string.h>
 
-#define TRACK 0.36 // m between the wheels' middles
+#define TRACK 0.36 // distance between the centres of the wheels, m
 
-// Writes a build: the builder, and the first refusal. After one, nothing more is done.
+// A builder and the first error that it returned. After an error, further calls have no effect.
 typedef struct {
   const tatu_builder *to;
   tatu_status status;
@@ -29,8 +29,8 @@ static void set3(pen *p, uint32_t object, const char *key, double x, double y, d
   set(p, object, key, tatu_span(TATU_F64S, numbers, 3));
 }
 
-// What a dynamic shape of ours has in common. The mask: parts of a cart do not collide with each other (low byte 0),
-// but with everything else (high byte).
+// Sets the common properties of a dynamic shape. With this mask, parts of a cart do not collide with each other (low
+// byte 0), but with everything else (high byte).
 static void solid(pen *p, uint32_t shape, double mass) {
   set(p, shape, "mass", tatu_float(mass));
   set(p, shape, "dynamic", tatu_bool(1));
@@ -38,8 +38,9 @@ static void solid(pen *p, uint32_t shape, double mass) {
   set(p, shape, "respondable_mask", tatu_int(0xFF00));
 }
 
-// A motor and its wheel. A joint turns about its z axis: a quarter turn back about x lays it along +y, so that a
-// positive velocity drives forward. The wheel collides as a ball, which has one point on the floor.
+// Adds a motor and its wheel. A joint rotates about its z axis; a rotation by -90 degrees about x points that axis
+// along +y, so a positive velocity drives forward. The wheel collides as a ball, which touches the floor in a single
+// point.
 static void wheel(pen *p, uint32_t base, double radius, double y, const char *motor, const char *tyre) {
   const double quarter = 1.5707963267948966;
   uint32_t joint = object(p, "joint", base, motor);
@@ -58,11 +59,11 @@ static void wheel(pen *p, uint32_t base, double radius, double y, const char *mo
 
 static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, const tatu_value *params, tatu_error *error) {
   (void)self;
-  (void)error; // a refusal of the builder has said why, and the host takes that
+  (void)error; // the builder has already reported the reason of a failure to the host
   pen p = {builder, TATU_OK};
   double r = params[0].u.f, ball = r / 2;
 
-  // The body: its origin is on the axle. The weight lies a little behind it, on the caster.
+  // The body. Its origin is on the axle; its centre of mass is slightly behind the axle, towards the caster.
   uint32_t base = object(&p, "shape", 0, "cart");
   set(&p, base, "primitive", tatu_string("box"));
   set3(&p, base, "size", 0.4, 0.3, 0.1);
@@ -75,7 +76,7 @@ static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, cons
   wheel(&p, base, r, TRACK / 2, "left_motor", "left_wheel");
   wheel(&p, base, r, -TRACK / 2, "right_motor", "right_wheel");
 
-  // The caster: a ball that may turn every way.
+  // The caster: a ball that can rotate about all axes.
   uint32_t socket = object(&p, "joint", base, "caster_socket");
   set(&p, socket, "type", tatu_string("spherical"));
   set3(&p, socket, "position", -0.15, 0, ball - r);
@@ -84,7 +85,7 @@ static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, cons
   set3(&p, caster, "size", 2 * ball, 2 * ball, 2 * ball);
   solid(&p, caster, 0.2);
 
-  // How the wheels drive it, for those who steer from outside: the keys of `drive` in a scene, without units.
+  // The parameters of the drive, for commands and services: the keys of `drive` in scene files, without units.
   tatu_value motors[2] = {tatu_string(":/left_motor"), tatu_string(":/right_motor")};
   tatu_pair drive[] = {
     {tatu_string("type"), tatu_string("differential")},

@@ -1,31 +1,31 @@
-// counter: a service that counts the steps and the commands that it made, and shows the number of steps as a signal.
-//   at each barrier  sim.setInt32Signal('ticks', steps)
-//   every so often   publishes the event counter.round with {steps, commands}
-// What it counted goes through snapshots; at the end of the world it tells the log. T: ../../../target/release/tatu
+// counter: a service that counts steps and the commands that it called, and publishes the number of steps as a signal.
+//   at each barrier        sim.setInt32Signal('ticks', steps)
+//   every `round` steps    publishes the event counter.round with {steps, commands}
+// Snapshots contain the counts. At the end of the world, the service logs them. T: ../../../target/release/tatu
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_counter.so counter.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 40 --threads 1       (or 2)
 // Snapshot: TATU_PLUGIN_PATH=. $T run snapshot.toml --steps 40 --snapshot-at 1 half.snapshot
 //           TATU_PLUGIN_PATH=. $T run snapshot.toml --steps 40 --from half.snapshot
-// Error (exit code 1, by intent): TATU_PLUGIN_PATH=. $T run scene.toml --steps 40 --service counter:most=20
+// Error (exit code 1 is expected): TATU_PLUGIN_PATH=. $T run scene.toml --steps 40 --service counter:most=20
 #include "tatu.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct { // the services; nothing changes after `init`
+typedef struct { // the host's services; constant after `init`
   const tatu_host *host;
   const tatu_host_commands *commands;
   const tatu_host_session *session;
   const tatu_host_log *log;
 } plugin;
 
-typedef struct { // what was counted: numbers only, kept in the host's block
+typedef struct { // the counts, in the host's state block; numbers only
   int64_t steps, commands, started;
 } state;
 
-typedef struct { // the service while it runs
+typedef struct { // the running service
   const plugin *of;
   state *counted;
   int64_t round, most;
@@ -35,7 +35,7 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
   service *it = calloc(1, sizeof *it);
   if (!it) return tatu_fail(error, TATU_ERR, "out of memory");
   it->of = self;
-  it->counted = given->state; // stays where it is until `destroy`
+  it->counted = given->state; // valid until `destroy`
   it->round = given->params[0].u.i;
   it->most = given->params[1].u.i;
   *data = it;
@@ -43,7 +43,7 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
 }
 static void TATU_CALL destroy(void *data) { free(data); }
 
-// Snapshots: the block has everything. These two say that there is nothing more.
+// The state block contains everything that a snapshot needs. These two functions declare that there is nothing else.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *writer, tatu_error *error) {
   (void)data, (void)writer, (void)error;
   return TATU_OK;
@@ -55,24 +55,24 @@ static tatu_status TATU_CALL load(void *data, tatu_str bytes, uint32_t version, 
 static const tatu_life life = {.size = sizeof(tatu_life), .state_bytes = sizeof(state), .create = create,
                                .destroy = destroy, .save = save, .load = load, .version = 1};
 
-// Calls a command of the world by its name. Such calls stand in the input log, so a run can be repeated without us.
+// Calls a command of the world by its name. The input log records these calls, so a replay does not need the service.
 static tatu_status command(service *it, tatu_world *world, const char *name, const tatu_value *args, uint32_t n,
                            tatu_error *error) {
   const tatu_host_commands *commands = it->of->commands;
   tatu_value results[16] = {{0}};
-  tatu_call frame = tatu_frame(args, n, results, 16); // its wait token is 0: what it calls cannot wait
+  tatu_call frame = tatu_frame(args, n, results, 16); // the wait token is 0, so the command cannot wait
   frame.command = commands->find(world, tatu_text(name), &frame.alias);
   if (!frame.command) return tatu_fail(error, TATU_ERR_UNKNOWN, "no plugin offers a command that it calls");
   uint64_t mark = commands->mark(world);
   tatu_status status = commands->call(world, &frame);
   commands->release(world, mark);
-  if (status < 0) error->say(error, status, frame.error->text); // it does not lie in what was released
+  if (status < 0) error->say(error, status, frame.error->text); // the text is not in the released memory
   if (status < 0) return status;
   it->counted->commands++;
-  return TATU_GO; // which is 0, as TATU_OK
+  return TATU_GO; // equal to TATU_OK (0)
 }
 
-// Before each step, but not before those that follow a stop. Also while time stands: then nothing is counted.
+// Called before each step except those that follow a stop, and also while time stands still; then it counts nothing.
 static tatu_status TATU_CALL barrier(void *data, tatu_world *world, uint64_t step, tatu_error *error) {
   service *it = data;
   (void)step;
@@ -80,21 +80,21 @@ static tatu_status TATU_CALL barrier(void *data, tatu_world *world, uint64_t ste
   if (it->counted->steps >= it->most) {
     tatu_status status = tatu_fail(error, TATU_ERR, "counted as far as it may");
     error->add(error, TATU_PART_HELP, tatu_text("give the service a greater `most`"), 0);
-    return status; // it is switched off now, and named; the run goes on
+    return status; // the host reports the service and switches it off; the run continues
   }
   it->counted->steps++;
   tatu_value show[2] = {tatu_string("ticks"), tatu_int(it->counted->steps)};
   tatu_status status = command(it, world, "sim.setInt32Signal", show, 2, error);
   if (status < 0 || it->counted->steps % it->round != 0) return status;
 
-  // By a command, not by events.publish: what a service does with other tables is missing in a run that is repeated.
+  // This calls a command, not events.publish, because a replay does not repeat what services do through other tables.
   tatu_pair map[2] = {{tatu_string("steps"), tatu_int(it->counted->steps)},
                       {tatu_string("commands"), tatu_int(it->counted->commands)}};
   tatu_value emit[2] = {tatu_string("counter.round"), tatu_span(TATU_MAP, map, 2)};
   return command(it, world, "tatu.emit", emit, 2, error);
 }
 
-// What it asked to be told.
+// Receives the events to which the service has subscribed.
 static tatu_status TATU_CALL event(void *data, tatu_world *world, tatu_str name, const tatu_value *payload,
                                    tatu_error *error) {
   service *it = data;
@@ -103,7 +103,7 @@ static tatu_status TATU_CALL event(void *data, tatu_world *world, tatu_str name,
   return TATU_OK;
 }
 
-// The world ends: it may be looked at, no more.
+// Called at the end of the world, which can still be read but not changed.
 static tatu_status TATU_CALL last(void *data, tatu_world *world, tatu_error *error) {
   const service *it = data;
   (void)error;
@@ -114,7 +114,7 @@ static tatu_status TATU_CALL last(void *data, tatu_world *world, tatu_error *err
   return TATU_OK;
 }
 
-// The declarations.
+// Declarations
 #define PARAM(...) &(const tatu_param){.size = sizeof(tatu_param), __VA_ARGS__}
 #define WHOLE(k, low, high, value, t) PARAM(.type = TATU_I64, .key = k, .lowest = low, .highest = high, \
                                             .fallback = {.tag = TATU_I64, .u.i = value}, .text = t)

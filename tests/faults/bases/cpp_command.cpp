@@ -3,8 +3,8 @@
 // Build: c++ -std=c++17 -O2 -shared -fPIC -fvisibility=hidden -I../../include -o libtatu_cpp_command.so cpp_command.cpp
 // Try:   TATU_PLUGIN_PATH=. tatu list commands
 //
-// Commands here may throw: `guarded` turns every exception into an error before it reaches the host. State, waiting,
-// kept functions and commands of other plugins are shown in `../c_command/`, which works the same way.
+// The commands may throw: `guarded` converts every exception into an error of the host. State, waiting, kept functions
+// and commands of other plugins are shown in `../c_command/`; they work the same way in C++.
 
 #include "tatu.h"
 
@@ -26,18 +26,18 @@ constexpr const char *plugin_id = "org.example.cpp_command"; // unique; scenes a
 constexpr const char *plugin_name = "Example commands in C++";
 constexpr const char *plugin_version = "0.1.0";
 constexpr const char *plugin_licence = "MIT";
-#define PREFIX "examplecpp." // in front of all names of commands: take one that nobody else has
+#define PREFIX "examplecpp." // starts the names of all commands; choose one that no other plugin uses
 
 // ---------------------------------------------------------------- (2) What you keep ---------------------------------
 
-// The plugin: one per host, shared by all its worlds and their threads, so nothing in it changes after `init`.
+// The plugin. There is one per host, shared by all worlds and their threads, so it does not change after `init`.
 struct plugin {
   const tatu_host_commands *commands = nullptr;
 };
 
-// ---------------------------------------------------------------- Tools: keep them as they are ----------------------
+// ---------------------------------------------------------------- Helpers: keep them unchanged ----------------------
 
-// What commands throw to fail with a code and, if they like, with advice.
+// The exception that commands throw to fail with a code and, optionally, a hint.
 struct failure : std::runtime_error {
   tatu_status code;
   std::string help;
@@ -46,13 +46,13 @@ struct failure : std::runtime_error {
       : std::runtime_error(text), code(code_), help(std::move(help_)), traceback(std::move(traceback_)) {}
 };
 
-// A text of the border as a string.
+// Converts a string of the ABI to a std::string.
 std::string string_of(tatu_str text) { return text.len ? std::string(text.ptr, text.len) : std::string(); }
 
-// A string as a text of the border; lives as long as the string.
+// Returns a view of a std::string as a string of the ABI.
 tatu_str text_of(const std::string &text) { return {text.data(), text.size()}; }
 
-// Tells the host of a failure; says nothing twice.
+// Reports a failure to the host.
 tatu_status tell(tatu_error *error, const failure &f) noexcept {
   if (!TATU_HAS(error, say)) return f.code;
   error->say(error, f.code, tatu_text(f.what()));
@@ -61,7 +61,7 @@ tatu_status tell(tatu_error *error, const failure &f) noexcept {
   return f.code;
 }
 
-// Runs something that may throw, and gives the host a status instead. Nothing may pass the border but that.
+// Runs `body` and converts any exception into a status, because no exception may leave a plugin function.
 template <typename Body> tatu_status guard(tatu_error *error, Body body) noexcept {
   try {
     body();
@@ -77,28 +77,28 @@ template <typename Body> tatu_status guard(tatu_error *error, Body body) noexcep
   }
 }
 
-// A command as the host calls it.
+// Wraps a command in a function that the host can call.
 template <void (*Command)(tatu_call &)> tatu_status TATU_CALL guarded(tatu_call *call) {
   return guard(call->error, [call] { Command(*call); });
 }
 
-// The plugin that a call is for.
+// Returns the plugin to which a call belongs.
 const plugin &plugin_of(const tatu_call &call) { return *static_cast<const plugin *>(call.self); }
 
-// The numbers of an argument that is declared as F64S.
+// Returns the values of argument `i`, which is declared as F64S.
 std::vector<double> numbers(const tatu_call &call, uint32_t i) {
   auto first = static_cast<const double *>(call.args[i].u.s.ptr);
   return first ? std::vector<double>(first, first + call.args[i].u.s.len) : std::vector<double>();
 }
 
-// Memory that lives until our caller has read our results.
+// Copies an array into memory that is valid until the caller has read the results.
 template <typename T> T *keep(tatu_call &call, const T *from, uint64_t n) {
   auto copy = static_cast<T *>(tatu_keep(&call, from, n * sizeof(T)));
   if (!copy) throw failure(TATU_ERR_SPACE, "no room for the results");
   return copy;
 }
 
-// Texts, tables of numbers and maps as results.
+// These convert strings, tables of numbers and maps to results.
 tatu_value kept(tatu_call &call, const std::string &text) {
   return tatu_span(TATU_TEXT, keep(call, text.data(), text.size()), text.size());
 }
@@ -114,7 +114,7 @@ void give(tatu_call &call, tatu_value value) {
   if (tatu_return(&call, value) < 0) throw failure(TATU_ERR_SPACE, "too many results");
 }
 
-// A place in the world's arena, gone back to at the end of the block: all that was put there since is then freed.
+// Records a position in the world's arena, and at the end of the block releases everything allocated after it.
 class scratch {
   const tatu_host_commands *commands;
   tatu_world *world;
@@ -128,7 +128,8 @@ public:
   scratch &operator=(const scratch &) = delete;
 };
 
-// Calls a script's function with a number. It must return one: that needs no copy, so the arena is given back at once.
+// Calls a script's function with a number and returns its result, which must be a number. Numbers are stored in the
+// result itself, so the arena can be released immediately.
 double call_with(const tatu_call &call, tatu_func function, double x) {
   scratch until_read(call);
   tatu_value argument = tatu_float(x);
@@ -151,9 +152,9 @@ double call_with(const tatu_call &call, tatu_func function, double x) {
 }
 
 // ---------------------------------------------------------------- (3) The commands ----------------------------------
-// The host has checked the arguments against the tables of section 4: their number and types can be relied on.
+// The host has checked the count and the types of the arguments against the tables of section 4.
 
-// examplecpp.describe(number, text, table, function): arguments of several types, a call back, a table as result.
+// examplecpp.describe(number, text, table, function): arguments of several types, a callback, and a table as result.
 void describe(tatu_call &call) {
   double number = tatu_arg_float(&call, 0);
   std::string text = string_of(tatu_arg_text(&call, 1));
@@ -172,7 +173,7 @@ void describe(tatu_call &call) {
   give(call, tatu_int(static_cast<int64_t>(table.size())));
 }
 
-// examplecpp.map(table, function): the function's answers for each number of a table.
+// examplecpp.map(table, function): returns the function's result for each number of the table.
 void map(tatu_call &call) {
   std::vector<double> table = numbers(call, 0);
   for (double &x : table) x = call_with(call, call.args[1].u.u, x);
@@ -186,7 +187,7 @@ void refuse(tatu_call &call) {
 
 // ---------------------------------------------------------------- (4) What is declared     -------------------------
 
-// A parameter or result, without bounds.
+// Declares a parameter or result without bounds.
 constexpr tatu_param param(uint32_t type, const char *key, const char *unit, const char *text) {
   tatu_param p{};
   p.size = sizeof p;
@@ -199,7 +200,7 @@ constexpr tatu_param param(uint32_t type, const char *key, const char *unit, con
   return p;
 }
 
-// A name of a command.
+// Declares a name of a command.
 constexpr tatu_name name(const char *text) {
   tatu_name n{};
   n.size = sizeof n;
@@ -207,7 +208,7 @@ constexpr tatu_name name(const char *text) {
   return n;
 }
 
-// A command with its lists; each ends with a null pointer.
+// Declares a command. Each list ends with a null pointer.
 constexpr tatu_command command(tatu_status(TATU_CALL *call)(tatu_call *), const tatu_name *const *names,
                                const tatu_param *const *params, const tatu_param *const *returns, const char *text,
                                const char *example) {
@@ -260,37 +261,37 @@ constexpr tatu_ext_command make_extension() {
   tatu_ext_command e{};
   e.size = sizeof e;
   e.commands = commands;
-  return e; // per_world stays null: nothing is kept per world
+  return e; // per_world remains null because the plugin has no data per world
 }
 constexpr tatu_ext_command command_extension = make_extension();
 
 // ---------------------------------------------------------------- (5) What you need ---------------------------------
 
-constexpr tatu_need needs_commands = {sizeof(tatu_need), 0, TATU_HOST_COMMANDS, 0, 0}; // 0: not without it
+constexpr tatu_need needs_commands = {sizeof(tatu_need), 0, TATU_HOST_COMMANDS, 0, 0}; // flags 0: required
 constexpr const tatu_need *needs[] = {&needs_commands, nullptr};
 
-// Starts the plugin: takes the tables of the services and looks whether all that is used is there.
+// Starts the plugin: stores the tables of the services and checks that they contain all functions that it calls.
 tatu_status TATU_CALL init(const tatu_host *host, void **self, tatu_error *error) {
   return guard(error, [&] {
     auto made = std::make_unique<plugin>();
     made->commands = static_cast<const tatu_host_commands *>(host->service(host, TATU_HOST_COMMANDS));
     if (!TATU_HAS(made->commands, mark) || !TATU_HAS(made->commands, release) || !TATU_HAS(made->commands, call_func))
       throw failure(TATU_ERR_UNSUPPORTED, "the host lacks a function that this plugin calls");
-    *self = made.release(); // ours again in `end`
+    *self = made.release(); // `end` deletes it
   });
 }
 
 // Ends the plugin.
 void TATU_CALL end(void *self) { delete static_cast<plugin *>(self); }
 
-// What the plugin offers: commands, and nothing else.
+// Returns the tables that the plugin offers: only commands.
 const void *TATU_CALL extension(void *, const char *id) {
   return std::strcmp(id, TATU_COMMAND) == 0 ? &command_extension : nullptr;
 }
 
 } // namespace
 
-// The one thing that the library exports: size, version, texts, needs, functions, in the order of the header.
+// The only symbol that the library exports, with its fields in the order of the header
 const tatu_plugin_t tatu_plugin = {
     sizeof(tatu_plugin_t), TATU_ABI_MAJOR, TATU_ABI_MINOR, plugin_id, plugin_name, plugin_version,
     plugin_licence,        needs,          init,           end,       extension,

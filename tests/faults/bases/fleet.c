@@ -1,4 +1,4 @@
-// fleet: two commands for scripts that look after many robots.
+// fleet: two commands for scripts that supervise many robots.
 //   list = fleet.each(handles, function)            calls function(handle, {index =, count =}) for each handle
 //   time = fleet.arrive(object, {x, y}, tolerance)  waits until the object is near the point, seen from above
 //
@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// What the plugin keeps: the services, and keys of properties. None of it changes after `init`.
+// The plugin: the host's services and the keys of properties. It does not change after `init`.
 typedef struct {
   const tatu_host_scene *scene;
   const tatu_host_commands *commands;
@@ -19,8 +19,8 @@ typedef struct {
   tatu_prop time, position;
 } plugin;
 
-// What a world keeps: the journeys that are waited for. Plain numbers, so the host saves and restores them.
-// A journey has a number from 1 and stands in the slot number % SLOTS; when all are taken, the oldest is lost.
+// The state of a world: the pending journeys. It consists of plain numbers, so the host can save and restore it.
+// Journeys are numbered from 1; journey n is in slot n % SLOTS and overwrites the one that was there before.
 enum { SLOTS = 64 };
 typedef struct {
   uint64_t number; // 0: empty
@@ -32,7 +32,7 @@ typedef struct {
   journey journeys[SLOTS];
 } state;
 
-// Passes on what another call or a service said of its failure.
+// Passes the error of a nested call or of a service on to the caller.
 static tatu_status pass_on(tatu_call *call, tatu_status status, const tatu_error *why) {
   if (why == call->error) return status;
   call->error->say(call->error, status, why->text);
@@ -46,8 +46,8 @@ static tatu_status refused(tatu_call *call, tatu_status status) {
   return pass_on(call, status, ((const plugin *)call->self)->log->last_error(call->world));
 }
 
-// fleet.each: everything is allocated in the world's arena and nothing is released, so the answers that the function
-// gave may be handed on as they are.
+// fleet.each: everything is allocated in the world's arena and nothing is released, so the results of the function can
+// be returned without a copy.
 static tatu_status TATU_CALL each(tatu_call *call) {
   const plugin *self = call->self;
   const tatu_value *handles = call->args[0].u.s.ptr;
@@ -60,13 +60,13 @@ static tatu_status TATU_CALL each(tatu_call *call) {
     tatu_call frame = tatu_frame(args, 2, results, 16);
     tatu_status status = self->commands->call_func(call->world, tatu_arg_func(call, 1), &frame);
     if (status < 0) return pass_on(call, status, frame.error);
-    // A hole would shorten a list in Lua: no answer counts as false.
+    // A nil would shorten the table in Lua, so a missing result is replaced by false.
     answers[i] = frame.n_results && results[0].tag != TATU_NIL ? results[0] : tatu_bool(0);
   }
   return tatu_return(call, tatu_span(TATU_LIST, answers, n));
 }
 
-// fleet.arrive: called once with arguments, then once in each step with the number of its journey.
+// fleet.arrive: called once with arguments, and then in each step with the number of its journey.
 static tatu_status TATU_CALL arrive(tatu_call *call) {
   const plugin *self = call->self;
   state *kept = call->state;
@@ -75,7 +75,7 @@ static tatu_status TATU_CALL arrive(tatu_call *call) {
     uint64_t n;
     const double *goal = tatu_arg_floats(call, 1, &n);
     journey begun = {kept->last + 1, 0, goal[0], goal[1], tatu_arg_float(call, 2)};
-    // The full id: if the object is removed and its number given to another, we are told.
+    // The full id, with which lookups fail if the object is removed and its handle is reused.
     tatu_status status = self->scene->look(call->world, tatu_arg_object(call, 0), &begun.who, NULL);
     if (status < 0) return refused(call, status);
     way = &kept->journeys[++kept->last % SLOTS];
@@ -93,7 +93,7 @@ static tatu_status TATU_CALL arrive(tatu_call *call) {
   return status < 0 ? refused(call, status) : tatu_return(call, tatu_float(time));
 }
 
-// The declarations. A parameter: size, type, count, flags, key, unit, bounds, text.
+// Declarations. A parameter has a size, type, count, flags, key, unit, bounds and text.
 #define PARAM(...) &(const tatu_param){.size = sizeof(tatu_param), __VA_ARGS__}
 #define PARAMS(...) (const tatu_param *const[]){__VA_ARGS__, NULL}
 #define NAMES(n) (const tatu_name *const[]){&(const tatu_name){.size = sizeof(tatu_name), .name = n}, NULL}
@@ -116,7 +116,7 @@ static const tatu_command *const commands[] = {&each_command, &arrive_command, N
 
 static tatu_status TATU_CALL begin_world(void *self, const tatu_instance *given, void **data, tatu_error *error) {
   (void)self, (void)given, (void)error;
-  *data = NULL; // all that a world keeps is in the state block
+  *data = NULL; // the data of a world is in the state block
   return TATU_OK;
 }
 static void TATU_CALL end_world(void *data) { (void)data; }

@@ -1,6 +1,6 @@
-// lamp: a kind of sensor with a schema of its own, lamp/1: how strongly the light of a lamp that it carries comes back.
-//   lamp.level  1 at the lamp itself, 0 at the end of its range    lamp.seen  1: something sends light back; 0: nothing
-// Two parameters change while it runs: `range` (how far it sees) and `tilt` (turns the ray up or down).
+// lamp: a sensor kind with its own schema, lamp/1. It measures how much of the light of its lamp is reflected.
+//   lamp.level  1 at the lamp itself, 0 at the end of its range    lamp.seen  1: something reflects light; 0: nothing
+// Two parameters can change during a run: `range` (of the light) and `tilt` (rotates the ray up or down).
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_lamp.so lamp.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 40 --threads 1
@@ -12,13 +12,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-// One lamp. All of it follows from the parameters, so there is no state that a snapshot would have to keep.
+// One lamp. Everything in it is derived from the parameters, so a snapshot does not have to store any of it.
 typedef struct {
   double range;
-  double ahead[3]; // where the ray goes, in the sensor's frame
+  double ahead[3]; // direction of the ray in the sensor's frame; unit length
 } lamp;
 
-// The parameters, in the order of `params` below: values have been checked against their ranges.
+// Copies the parameters, which are in the order of `params` below. The host has checked them against their ranges.
 static void take(lamp *it, const tatu_value *params) {
   double tilt = params[1].u.f;
   it->range = params[0].u.f;
@@ -37,8 +37,9 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
 }
 static void TATU_CALL destroy(void *data) { free(data); }
 
-// Parameters were set while it runs: the host asks for the beams afterwards. A lamp that looks far can hardly be tilted:
-// a rule between two parameters, which no range can say. After the refusal the old values hold.
+// Called when parameters change during a run. Afterwards the host requests the beams again. The limit on the tilt of a
+// lamp with a long range relates two parameters, which their ranges cannot express. If this function fails, the old
+// values remain in effect.
 static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uint32_t n, uint64_t changed,
                                        tatu_error *error) {
   (void)n, (void)changed;
@@ -48,7 +49,7 @@ static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uin
   return TATU_OK;
 }
 
-// Snapshots: nothing to write, but said so; without these two the host could not know.
+// A lamp has nothing to save, but without these two functions the host would assume that it cannot be saved.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *writer, tatu_error *error) {
   (void)data, (void)writer, (void)error;
   return TATU_OK;
@@ -60,7 +61,7 @@ static tatu_status TATU_CALL load(void *data, tatu_str bytes, uint32_t version, 
 static const tatu_life life = {.size = sizeof(tatu_life), .create = create, .destroy = destroy, .configure = configure,
                                .save = save, .load = load, .version = 1};
 
-// One ray. What is not set keeps what the host has filled in, or is zero.
+// Describes one ray. Fields that are not set keep the host's default or zero.
 static tatu_status TATU_CALL beams(void *data, tatu_beams *out, tatu_error *error) {
   (void)error;
   const lamp *it = data;
@@ -73,7 +74,7 @@ static tatu_status TATU_CALL beams(void *data, tatu_beams *out, tatu_error *erro
   return TATU_OK;
 }
 
-// All lamps that are due. Fields of lamp i are fields[i * n_fields + number of the field], zeroed by the host.
+// Measures all lamps that are due. The host has zeroed the fields; field k of lamp i is fields[i * n_fields + k].
 static tatu_status TATU_CALL measure(void *self, const tatu_sensor_batch *batch, tatu_error *error) {
   (void)self, (void)error;
   for (uint32_t i = 0; i < batch->n; i++) {
@@ -89,7 +90,7 @@ static tatu_status TATU_CALL measure(void *self, const tatu_sensor_batch *batch,
   return TATU_OK;
 }
 
-// The declarations.
+// Declarations
 static const tatu_param range = {.size = sizeof(tatu_param), .type = TATU_F64, .key = "range", .unit = "m",
   .lowest = 0.1, .highest = 20, .fallback = {.tag = TATU_F64, .u.f = 2}, .text = "How far its light comes back from."};
 static const tatu_param tilt = {.size = sizeof(tatu_param), .type = TATU_F64, .key = "tilt", .unit = "rad",

@@ -1,5 +1,5 @@
-// murmur: a script language. Each line is "NAME: TEXT"; when NAME is called, as a callback or a function, TEXT is
-// logged, and the number of the line is returned. Dialects: "plain", and "loud", which logs warnings.
+// murmur: a script language. Each line is "NAME: TEXT". A call of NAME, as a callback or a function, logs TEXT and
+// returns the number of the line. The dialects are "plain" and "loud"; "loud" logs at the level of warnings.
 #include "tatu.h"
 
 #include <stdlib.h>
@@ -8,13 +8,14 @@
 typedef struct {
   const tatu_host *host;
   const tatu_host_log *log;
-  tatu_str text; // a copy
+  tatu_str text; // the script's source, an owned copy
   int loud;
 } murmur;
 
 static int same(tatu_str a, tatu_str b) { return a.len == b.len && (!a.len || memcmp(a.ptr, b.ptr, a.len) == 0); }
 
-// Finds the `number`-th line, from 1, and splits it into name and text (null: no colon). Returns 0 past the last line.
+// Splits line `number` (1-based) into name and text; `text` is null if the line has no colon. Returns 0 after the last
+// line.
 static int line_of(const murmur *it, uint32_t number, tatu_str *name, tatu_str *text) {
   for (tatu_str rest = it->text; rest.len; number--) {
     const char *stop = memchr(rest.ptr, '\n', rest.len);
@@ -32,7 +33,7 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
   (void)given;
   murmur *it = calloc(1, sizeof *it);
   if (!it) return tatu_fail(error, TATU_ERR, "out of memory");
-  it->host = self; // `init` stores the host
+  it->host = self; // set by `init`
   it->log = it->host->service(it->host, TATU_HOST_LOG);
   *data = it;
   return TATU_OK;
@@ -93,7 +94,7 @@ static tatu_status TATU_CALL call(void *data, uint32_t callable, tatu_call *fram
   if (frame->results_cap) frame->results[frame->n_results++] = tatu_int(callable);
   return TATU_OK;
 }
-// The language calls no commands, so it never waits, and it passes out no functions.
+// The language calls no commands, so a script never waits, and no function is passed to other plugins.
 static tatu_status TATU_CALL resume(void *data, uint64_t token, tatu_status failed, tatu_call *frame,
                                     const tatu_budget *budget, uint64_t *used, tatu_error *error) {
   (void)data, (void)token, (void)failed, (void)frame, (void)budget, (void)used;

@@ -1,6 +1,6 @@
-// notes: commands that keep notes for each world, outside of the state block, so they are saved and loaded.
-//   n = notes.put(name, text [, {x, y, z}])   stores a note, replacing one of the same name; returns their number
-//   text, time, place = notes.get(name)       the note, the simulation time at which it was stored, and its place
+// notes: commands that store notes for each world, outside the state block; `save` and `load` write and read them.
+//   n = notes.put(name, text [, {x, y, z}])   stores or replaces the note `name`; returns the number of notes
+//   text, time, place = notes.get(name)       the note, the simulation time at which it was stored, and its position
 #include "tatu.h"
 
 #include <stdlib.h>
@@ -36,7 +36,7 @@ static tatu_status TATU_CALL put(tatu_call *call) {
   tatu_str name = tatu_arg_text(call, 0), text = tatu_arg_text(call, 1);
   double time;
   tatu_status status = here->scene->get_f64(call->world, 0, here->time, &time, 1);
-  if (status < 0) return status; // the host's error is set already
+  if (status < 0) return status; // the host has already set the error
   note *old = find(here, name), *made = add(here, name.len, text.len);
   if (!made) return tatu_call_fail(call, TATU_ERR, "out of memory");
   if (name.len) memcpy(made->bytes, name.ptr, name.len);
@@ -77,7 +77,8 @@ static void clear(board *it) {
 }
 static void TATU_CALL destroy(void *data) { clear(data), free(data); }
 
-// Format of a snapshot: the numbers of each note behind `next`, then its bytes. Version 2; version 1 had no places.
+// A snapshot contains, for each note, the fields of the struct from `time` on, then its bytes. This is version 2;
+// version 1 had no positions.
 #define HEAD (sizeof(note) - offsetof(note, time))
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
   (void)error;

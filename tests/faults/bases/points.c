@@ -1,4 +1,5 @@
-// points: an importer of text files: a line "points 1", then a line "x y z" (m) for each point, which becomes a dummy.
+// points: an importer of text files with the line "points 1" and then one line "x y z" (m) per point. It creates a
+// dummy at each point.
 #include "tatu.h"
 
 #include <math.h>
@@ -20,7 +21,7 @@ static tatu_status bad_line(tatu_error *error, uint64_t line, const char *why) {
   return TATU_ERR_ARGUMENT;
 }
 
-// Copies the next line as a NUL-terminated text; returns 0 if it does not fit, or contains a NUL.
+// Copies the next line as a NUL-terminated string. Returns 0 if it does not fit or contains a NUL.
 static int next_line(tatu_str *from, char *line, uint64_t room) {
   uint64_t n = 0;
   while (n < from->len && from->ptr[n] != '\n') n++;

@@ -1,4 +1,4 @@
-// puff: a kind of actuator that pushes along its +z axis, at once or with a lag.
+// puff: an actuator kind that pushes along its +z axis, immediately or with a lag.
 #include "tatu.h"
 
 #include <math.h>
@@ -9,7 +9,7 @@ typedef struct {
   int lagged;
   double most, lag;
 } puff;
-typedef struct { // kept in the host's block
+typedef struct { // stored in the host's state block
   double thrust;
 } state;
 
@@ -33,7 +33,7 @@ static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uin
   take(data, params);
   return TATU_OK;
 }
-// Saves nothing more: everything else follows from the parameters.
+// Writes nothing: everything outside the state block is derived from the parameters.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
   (void)data, (void)to, (void)error;
   return TATU_OK;

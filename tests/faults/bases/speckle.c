@@ -1,5 +1,5 @@
-// speckle: a kind of sensor, a fan of rays of which some are lost at random, with a schema of its own.
-//   speckle.distance  per ray, m, in whole steps     speckle.hit  per ray, 1 or 0     speckle.age  s since it was set up
+// speckle: a sensor kind with its own schema, a fan of rays some of which are lost at random.
+//   speckle.distance  per ray, m, rounded to steps   speckle.hit  per ray, 1 or 0     speckle.age  s since the setup
 #include "tatu.h"
 
 #include <math.h>
@@ -8,7 +8,7 @@
 
 enum { MOST = 64 };
 
-typedef struct { // kept in the host's block
+typedef struct { // stored in the host's state block
   double since;
 } state;
 typedef struct {
@@ -54,7 +54,7 @@ static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uin
   it->kept->since = now(it);
   return TATU_OK;
 }
-// Saves nothing more: everything else follows from the parameters.
+// Writes nothing: everything outside the state block is derived from the parameters.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
   (void)data, (void)to, (void)error;
   return TATU_OK;

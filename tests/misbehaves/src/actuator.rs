@@ -1,4 +1,4 @@
-//! An actuator whose force may be NaN.
+//! An actuator whose force can be NaN.
 
 use std::{ffi::c_void, ptr::null};
 

@@ -1,4 +1,4 @@
-//! Commands: one that may misbehave, one that waits, and one that uses a function passed to it.
+//! Commands: one that can misbehave, one that waits, and one that uses a function passed to it.
 
 use std::{ffi::CStr, ptr::null};
 
@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 
 use crate::{List, Shared, guarded, life, plan::Plan, size};
 
-/// Writes the first results, and sets their number to `n`.
+/// Writes `values` as the first results of a call, and sets the count of results to `n`.
 unsafe fn results(call: &mut tatu_call, values: &[tatu_value], n: u32) {
     for (i, v) in values.iter().enumerate() {
         // SAFETY: callers pass at most 16 values, and the caller's array has room for at least 16.
@@ -23,7 +23,7 @@ pub fn hollow(tag: u32, len: u64) -> tatu_value {
     tatu_value { tag, reserved: 0, u: tatu_payload { s: tatu_span_t { ptr: null(), len } } }
 }
 
-/// `misbehaves.call()`: returns 1, or misbehaves; an argument selects the kind of nonsense.
+/// `misbehaves.call()`: returns 1, or misbehaves; an argument selects which invalid result it returns.
 unsafe extern "C" fn call(call: *mut tatu_call) -> tatu_status {
     // SAFETY: the host passes a frame that is valid during the call, and `self_` is the plan made by `init`.
     unsafe {
@@ -36,12 +36,12 @@ unsafe extern "C" fn call(call: *mut tatu_call) -> tatu_status {
                     1 => results(c, &[], c.results_cap + 1_000_000),
                     // An unknown type.
                     2 => results(c, &[hollow(99, 1 << 60)], 1),
-                    // Texts and lists at a null pointer, which must be read as empty; and an unknown status.
+                    // Strings and arrays at a null pointer, which must be read as empty, and an unknown status.
                     3 => {
                         results(c, &[hollow(TATU_TEXT, 12), hollow(TATU_LIST, 9), hollow(TATU_MAP, 1 << 40)], 3);
                         return Ok(-999);
                     }
-                    // Claims to wait, without a wait.
+                    // Returns "wait" although no wait was requested.
                     4 => return Ok(TATU_WAIT),
                     _ => return Ok(77),
                 }
@@ -77,7 +77,7 @@ unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
             let (mut kept, world) = (0, WorldRef::new(c.world));
             let retain = commands.retain.ok_or_else(|| Fail::new("no retain"))?;
             if retain(world, (*c.args).u.u, Some(&mut kept)) < 0 {
-                // The language that refused to keep the function reports that.
+                // The language has refused to keep the function, and reports the error itself.
                 return Ok(TATU_OK);
             }
             let mut room = [hollow(TATU_NIL, 0); 16];
@@ -110,7 +110,7 @@ pub fn said(frame: &tatu_call) -> Fail {
 
 /// Returns the host's command service.
 pub fn commands(plan: &Plan) -> Result<&'static tatu_host_commands> {
-    // SAFETY: the host lives until shutdown, and its tables as long.
+    // SAFETY: the host and its tables are valid until shutdown.
     unsafe {
         let service = (*plan.host).service.ok_or_else(|| Fail::new("no services"))?;
         let table = service(plan.host, TATU_HOST_COMMANDS.as_ptr()).cast::<tatu_host_commands>();

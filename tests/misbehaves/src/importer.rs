@@ -1,4 +1,4 @@
-//! An importer of files that end with `.misbehaves`; any content becomes one dummy.
+//! An importer of files with the suffix `.misbehaves`, which creates one dummy whatever their content.
 
 use std::{ffi::c_void, ptr::null};
 

@@ -18,7 +18,7 @@ use crate::{
 
 const ACTUATION: u32 = 1;
 const THREAD: u32 = 2;
-/// The id of the only function, borrowed or kept.
+/// The id of the language's only function, both while it is borrowed and while it is kept.
 const FUNCTION: u32 = 5;
 
 /// Calls a command by name, with a function as argument.
@@ -56,7 +56,7 @@ unsafe extern "C" fn load(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: `data` was made by `create` and is live; the host passes a valid place for the text.
+        // SAFETY: `data` was made by `create` and is live; the host passes a valid pointer for the string.
         unsafe {
             let status = Data::of(data).plan().act("tatu_language.load", || {
                 *chosen = tatu_str { ptr: null(), len: 1 << 60 };
@@ -81,7 +81,7 @@ unsafe extern "C" fn find(data: *mut c_void, _: u32, name: tatu_str) -> u32 {
     })
 }
 
-/// Returns more results than fit, of an unknown type, and more instructions than possible.
+/// Returns more results than fit, of an unknown type, and reports an impossible count of instructions.
 unsafe fn babble(frame: *mut tatu_call, used: *mut u64) -> Result<tatu_status> {
     // SAFETY: the host passes a frame and a counter that are valid during the call; a result is written only if there
     // is room.
@@ -113,7 +113,7 @@ unsafe extern "C" fn call(
             match callable {
                 ACTUATION => {
                     if data.plan().ways("tatu_language.place").is_some() {
-                        // This failure is reported in the log, not raised.
+                        // A failure of this call is logged, not raised in the script.
                         call_command(data, &*frame, "simGetObjectParent", 0)?;
                     }
                     call_command(data, &*frame, "misbehaves.use", 0)

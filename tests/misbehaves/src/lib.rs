@@ -28,13 +28,13 @@ use tatu_plugin_api::{
     safe::{self, Host, guarded_quietly, macro_support::Entry},
 };
 
-/// Runs `f`; an error is written into the host's error object.
+/// Runs `f` and writes its error, if any, into the host's error object.
 fn guarded(error: *mut tatu_error, f: impl FnOnce() -> safe::Result<tatu_status>) -> tatu_status {
-    // SAFETY: all functions here pass on the error object of the host.
+    // SAFETY: all callers pass the error object that the host gave them.
     unsafe { safe::guarded(error, f) }
 }
 
-/// A null-terminated list of tables, for use in statics.
+/// A null-terminated array of pointers to tables, for use in statics.
 #[repr(transparent)]
 struct List<T, const N: usize>([*const T; N]);
 // SAFETY: the list and everything it points to are constant.
@@ -51,7 +51,7 @@ const fn size<T>() -> u32 {
     size_of::<T>() as u32
 }
 
-/// A table that consists only of a size: a nonsensical result of `extension`.
+/// A table that consists only of a size, returned by `extension` to misbehave.
 static NOTHING: u32 = 4;
 
 unsafe extern "C" fn init(host: *const tatu_host, me: *mut *mut c_void, error: *mut tatu_error) -> tatu_status {
@@ -60,7 +60,7 @@ unsafe extern "C" fn init(host: *const tatu_host, me: *mut *mut c_void, error: *
         unsafe { Host::new(host) };
         let plan = Box::new(Plan::new(host));
         let status = plan.act("tatu_plugin.init", || Ok(77))?;
-        // SAFETY: the host passes a valid place for the pointer.
+        // SAFETY: the host passes a valid pointer to the variable that receives the result.
         unsafe { *me = Box::into_raw(plan).cast() };
         Ok(status.unwrap_or(TATU_OK))
     })
@@ -75,7 +75,7 @@ unsafe extern "C" fn shutdown(me: *mut c_void) {
 }
 
 unsafe extern "C" fn extension(me: *mut c_void, id: *const c_char) -> *const c_void {
-    // Returned as a number, because pointers do not implement `Default`.
+    // The pointer is returned as an integer because pointers do not implement `Default`.
     let found = guarded_quietly(|| {
         // SAFETY: `me` was made by `init` and is live; `id` is NUL-terminated.
         let (plan, id) = unsafe { (Plan::of(me), CStr::from_ptr(id)) };

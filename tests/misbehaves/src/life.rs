@@ -10,11 +10,11 @@ use crate::{
     size,
 };
 
-/// The data of an instance: the plan of its plugin, and its world.
+/// The data of an instance.
 pub struct Data {
     plan: *const Plan,
     pub world: *mut tatu_world,
-    /// Id of the instance in its world.
+    /// The id of the instance, unique in its world.
     pub id: u64,
 }
 
@@ -67,7 +67,7 @@ unsafe extern "C" fn create<K: Kind>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: `me` was made by `init`; the host passes a valid description and a place for the pointer.
+        // SAFETY: `me` was made by `init`; the host passes a valid description and a valid pointer for the result.
         unsafe {
             let status = Plan::of(me).act(&name::<K>("create"), || Ok(77))?;
             *data = Box::into_raw(Box::new(Data { plan: me.cast(), world: (*info).world, id: (*info).id })).cast();

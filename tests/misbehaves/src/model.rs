@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 
 use crate::{List, Shared, command::hollow, guarded, plan::Plan, size};
 
-/// Adds a dummy and, if `nonsense` is set, parts that a builder must refuse.
+/// Adds a dummy and, if `nonsense` is true, parts that a builder must refuse.
 ///
 /// # Safety
 /// `builder` is the host's, and valid during the call.
@@ -63,7 +63,7 @@ unsafe extern "C" fn read(
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: `me` was made by `init`; `out` is a place for a pointer, valid during the call.
+        // SAFETY: `me` was made by `init`; `out` is valid for writing a pointer during the call.
         unsafe {
             let nonsense = Plan::of(me).act("tatu_ext_model.read", || Ok(&raw const SHORT.0))?;
             *out = nonsense.unwrap_or(&raw const MODEL.0);
@@ -72,7 +72,7 @@ unsafe extern "C" fn read(
     })
 }
 
-/// A table that ends before what is required.
+/// A table that is too short to contain the required functions.
 static SHORT: Shared<tatu_model> = Shared(tatu_model { size: 8, ..HEALTHY });
 
 static MODEL: Shared<tatu_model> = Shared(HEALTHY);

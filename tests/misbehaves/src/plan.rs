@@ -7,7 +7,7 @@ use tatu_plugin_api::{
     safe::{Fail, Result},
 };
 
-/// A way to misbehave.
+/// How a function misbehaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
     Panic,
@@ -16,7 +16,7 @@ pub enum How {
     Hang,
 }
 
-/// The plugin's data: one function, and how it misbehaves.
+/// The plugin's data: the name of one function, and how it misbehaves.
 pub struct Plan {
     function: String,
     how: Option<How>,
@@ -24,7 +24,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Reads the plan from the environment, once, at the start.
+    /// Reads the plan from environment variables. Called once, when the plugin is loaded.
     pub fn new(host: *const tatu_host) -> Self {
         let asked = std::env::var("TATU_MISBEHAVE").unwrap_or_default();
         let (function, how) = asked.split_once('=').unwrap_or_default();
@@ -45,7 +45,7 @@ impl Plan {
         // SAFETY: the caller guarantees that `me` points to a live plan.
         unsafe { &*me.cast::<Plan>() }
     }
-    /// Returns how this function misbehaves, if it does.
+    /// Returns how `function` misbehaves, or `None` if it behaves correctly.
     pub fn ways(&self, function: &str) -> Option<How> {
         self.how.filter(|_| self.function == function)
     }
@@ -53,7 +53,7 @@ impl Plan {
         eprintln!("misbehaving in {function}: {how:?}");
     }
 
-    /// Misbehaves if this function is selected: fails, panics, hangs, or returns the result of `nonsense`.
+    /// Misbehaves if `function` is selected: fails, panics, hangs, or returns the result of `nonsense`.
     pub fn act<T>(&self, function: &str, nonsense: impl FnOnce() -> Result<T>) -> Result<Option<T>> {
         let Some(how) = self.ways(function) else { return Ok(None) };
         self.tell(function, how);
@@ -64,7 +64,7 @@ impl Plan {
             How::Hang => hang(),
         }
     }
-    /// Like [`Plan::act`], in a function that cannot fail: an error is logged.
+    /// Like [`Plan::act`], for functions that cannot return an error; errors are logged.
     pub fn act_quietly<T>(&self, function: &str, nonsense: impl FnOnce() -> T) -> Option<T> {
         match self.act(function, || Ok(nonsense())) {
             Ok(done) => done,
@@ -76,7 +76,7 @@ impl Plan {
     }
     /// Writes an error to the host's log.
     pub fn log(&self, text: &str) {
-        // SAFETY: the host lives until shutdown, and its tables as long; a null world is allowed for the log.
+        // SAFETY: the host and its tables are valid until shutdown; the log accepts a null world.
         unsafe {
             let Some(service) = (*self.host).service else { return };
             let log = service(self.host, TATU_HOST_LOG.as_ptr()).cast::<tatu_host_log>();
@@ -93,18 +93,18 @@ fn hang() -> ! {
     }
 }
 
-/// Nonsense for functions without a result: changes the floating-point mode.
+/// Changes the floating-point mode, which is how functions without a result misbehave.
 pub fn other_mode() {
     #[cfg(target_arch = "x86_64")]
     {
         let mut mode = 0u32;
-        // SAFETY: only the control register of this thread is changed: flush to zero, and denormals are zero.
+        // SAFETY: this changes only the control register of this thread: flush to zero, and denormals are zero.
         unsafe {
             std::arch::asm!("stmxcsr [{0}]", "or dword ptr [{0}], 0x8040", "ldmxcsr [{0}]", in(reg) &raw mut mode);
         }
     }
     #[cfg(target_arch = "aarch64")]
-    // SAFETY: only the control register of this thread is changed: flush to zero.
+    // SAFETY: this changes only the control register of this thread: flush to zero.
     unsafe {
         std::arch::asm!("mrs {0}, fpcr", "orr {0}, {0}, #(1 << 24)", "msr fpcr, {0}", out(reg) _);
     }

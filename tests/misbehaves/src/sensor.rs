@@ -1,4 +1,4 @@
-//! A sensor with one ray and one field of a single number.
+//! A sensor with one ray and one field that has a single value.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -23,7 +23,7 @@ unsafe extern "C" fn beams(data: *mut c_void, out: *mut tatu_beams, error: *mut 
         out.directions = AHEAD.as_ptr();
         out.flags = TATU_BEAMS_AIMED;
         let status = plan.act("tatu_sensor.beams", || {
-            // More rays than fit into memory, and invalid limits.
+            // Requests more rays than fit into memory, and sets invalid limits.
             (out.count, out.near_m, out.far_m, out.max_incidence) = ([u32::MAX; 2], f64::NAN, -1.0, f64::NAN);
             Ok(TATU_OK)
         })?;
@@ -33,7 +33,7 @@ unsafe extern "C" fn beams(data: *mut c_void, out: *mut tatu_beams, error: *mut 
 
 unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
-        // SAFETY: `me` was made by `init`; the batch is valid, with a place per instance and field, and a status per
+        // SAFETY: `me` was made by `init`; the batch is valid, with an array per instance and field, and a status per
         // instance.
         unsafe {
             let (plan, batch) = (Plan::of(me), &*batch);
@@ -46,7 +46,7 @@ unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, e
                 }
                 Ok(TATU_OK)
             });
-            // An error of a single instance is reported by its status.
+            // An error of a single instance is reported through the status of that instance.
             match (status, plan.ways("tatu_sensor.measure")) {
                 (Err(fail), Some(How::Error)) => {
                     *batch.status = fail.write(error);

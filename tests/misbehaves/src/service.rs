@@ -1,4 +1,4 @@
-//! A service that lets every step pass, and calls one command that waits.
+//! A service that holds no barrier, and calls one command that waits.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -43,7 +43,7 @@ unsafe extern "C" fn barrier(
 /// Passes one of its own functions to a command, as services do with functions of clients.
 ///
 /// # Safety
-/// `world` belongs to this session, and it is the service's turn.
+/// `world` must belong to this session, and the host must be in a call to this service.
 unsafe fn call_own(plan: &Plan, commands: &tatu_host_commands, world: WorldRef<'_>) {
     // SAFETY: the caller guarantees that the world is valid; the tables live as long as the host, the frame until the
     // call returns.

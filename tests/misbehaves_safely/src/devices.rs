@@ -9,7 +9,7 @@ use crate::{Misbehaves, more};
 const NAMES: [&str; 4] =
     ["misbehaves_safely.grown", "misbehaves_safely.b", "misbehaves_safely.c", "misbehaves_safely.d"];
 
-/// A sensor that declares more and longer fields each time, and requests an image that no host supports.
+/// A sensor that declares more and longer fields at each call, and requests an image that no host supports.
 pub struct Grows {
     image: u32,
 }
@@ -90,7 +90,7 @@ impl Sensor for Aims {
     }
 }
 
-/// An actuator that declares more commands each time.
+/// An actuator that declares more commands at each call.
 pub struct Pushes;
 
 impl Actuator for Pushes {
@@ -120,7 +120,7 @@ impl Actuator for Pushes {
     }
 }
 
-/// A model that declares more parameters each time.
+/// A model that declares more parameters at each call.
 pub struct Builds;
 
 impl Model for Builds {

@@ -1,5 +1,5 @@
-//! A plugin in Rust that does what the traits forbid only in their documentation: none of it may access memory that it
-//! does not own.
+//! A plugin in Rust that breaks those rules of the traits that only their documentation states. Nothing that it does
+//! may access memory that it does not own.
 //!
 //! `tests/program/plugins/misbehaves_safely.rs` tests it.
 
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use tatu_plugin_api::{abi::*, safe::*};
 
-/// The plugin.
+/// The plugin, which offers one item of each kind in this crate.
 pub struct Misbehaves;
 
 impl Plugin for Misbehaves {
@@ -50,7 +50,7 @@ impl Plugin for Misbehaves {
     }
 }
 
-/// Returns one more element each time it is called.
+/// Returns one element more at each call.
 fn more<T>(calls: &AtomicUsize, one: impl Fn(usize) -> T) -> Vec<T> {
     (0..=calls.fetch_add(1, Relaxed)).map(one).collect()
 }

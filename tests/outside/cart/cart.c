@@ -1,15 +1,15 @@
-// cart: a robot model: a body on two driven wheels and a caster ball. It stands on z = 0 and heads along +x.
-// Parameter: wheel_radius, 0.06 to 0.2 m. The axle is below the middle of the body, so `tatu.drive` moves that.
+// cart: a robot model with a body on two driven wheels and a caster ball. It stands on z = 0 and faces along +x.
+// Parameter: wheel_radius, 0.06 to 0.2 m. The axle is below the middle of the body, the point that `tatu.drive` moves.
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_cart.so cart.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 120 --threads 1
 //        TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 120 --threads 2
 #include "tatu/model.h"
 
-#define TRACK 0.36 // m between the centres of the wheels
+#define TRACK 0.36 // distance between the centres of the wheels, m
 
-// Sets the common properties of a dynamic shape. The mask: parts of a cart do not collide with each other (low byte 0),
-// but with everything else (high byte).
+// Sets the common properties of a dynamic shape. With this mask, parts of a cart do not collide with each other (low
+// byte 0), but with everything else (high byte).
 static void solid(tatu_build *p, uint32_t shape, double mass) {
   tatu_build_set(p, shape, "mass", tatu_float(mass));
   tatu_build_set(p, shape, "dynamic", tatu_bool(1));
@@ -17,8 +17,9 @@ static void solid(tatu_build *p, uint32_t shape, double mass) {
   tatu_build_set(p, shape, "respondable_mask", tatu_int(0xFF00));
 }
 
-// Adds a motor and its wheel. A joint turns about its z axis: a quarter turn about x lays it along +y, so that a
-// positive velocity drives forward. The wheel collides as a ball, which touches the floor in one point.
+// Adds a motor and its wheel. A joint rotates about its z axis; a rotation by -90 degrees about x points that axis
+// along +y, so a positive velocity drives forward. The wheel collides as a ball, which touches the floor in a single
+// point.
 static void wheel(tatu_build *p, uint32_t base, double radius, double y, const char *motor, const char *tyre) {
   const double quarter = 1.5707963267948966;
   uint32_t joint = tatu_build_object(p, "joint", base, motor);
@@ -37,11 +38,11 @@ static void wheel(tatu_build *p, uint32_t base, double radius, double y, const c
 
 static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, const tatu_value *params, tatu_error *error) {
   (void)self;
-  (void)error; // a refusal of the builder has said why, and the host takes that
+  (void)error; // the builder has already reported the reason of a failure to the host
   tatu_build p = tatu_build_with(builder);
   double r = params[0].u.f, ball = r / 2;
 
-  // The body, whose origin is on the axle. Its centre of mass is a little behind it, towards the caster.
+  // The body. Its origin is on the axle; its centre of mass is slightly behind the axle, towards the caster.
   uint32_t base = tatu_build_object(&p, "shape", 0, "cart");
   tatu_build_set(&p, base, "primitive", tatu_string("box"));
   tatu_build_set3(&p, base, "size", 0.4, 0.3, 0.1);
@@ -54,7 +55,7 @@ static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, cons
   wheel(&p, base, r, TRACK / 2, "left_motor", "left_wheel");
   wheel(&p, base, r, -TRACK / 2, "right_motor", "right_wheel");
 
-  // The caster: a ball that can turn about all axes.
+  // The caster: a ball that can rotate about all axes.
   uint32_t socket = tatu_build_object(&p, "joint", base, "caster_socket");
   tatu_build_set(&p, socket, "type", tatu_string("spherical"));
   tatu_build_set3(&p, socket, "position", -0.15, 0, ball - r);
@@ -63,7 +64,7 @@ static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, cons
   tatu_build_set3(&p, caster, "size", 2 * ball, 2 * ball, 2 * ball);
   solid(&p, caster, 0.2);
 
-  // The wheels of the drive, for commands and services: the keys of `drive` in a scene, without units.
+  // The parameters of the drive, for commands and services: the keys of `drive` in scene files, without units.
   tatu_build_set(&p, base, "drive", tatu_map_of(TATU_ENTRIES(
     tatu_entry("type", tatu_string("differential")),
     tatu_entry("joints", tatu_list_of(TATU_VALUES(tatu_string(":/left_motor"), tatu_string(":/right_motor")))),

@@ -3,16 +3,16 @@ local function near(a, b, what)
     assert(math.abs(a - b) < 1e-9, what .. ': ' .. a .. ', expected ' .. b)
 end
 
--- For each step: orientation of the needle (about its own x, y, z), offset, and expected reading; nil: none.
+-- For each step: orientation of the needle (about its own x, y, z), offset, and expected reading (nil: no reading).
 local steps = {
     {{0, 0, 0}, 0.1, 0.1},
     {{0, 0, 1}, 0.1, 1.1},
     {{0, 0, -2}, 0.1, -1.9},
-    {{0, 0, 1}, 0.5, 1.5},                     -- a live change
+    {{0, 0, 1}, 0.5, 1.5},                     -- the offset changes during the run
     {{0, 0, 3}, 0.5, 3.5 - 2 * math.pi},       -- above pi
     {{0, -math.pi / 2, 0}, 0.5, nil},          -- the x axis points up
     {{0, -math.pi / 2 + 0.04, 0}, 0.5, nil},   -- nearly up: still no heading
-    {{0, -math.pi / 2 + 0.1, 0}, 0.5, 0.5},    -- just outside that cone
+    {{0, -math.pi / 2 + 0.1, 0}, 0.5, 0.5},    -- just far enough from the vertical for a heading
     {{1, 0, 0}, -0.5, -0.5},                   -- rolled about its x axis
 }
 

@@ -11,7 +11,7 @@ end
 function sysCall_actuation()
     step = step + 1
     local ticks = sim.getInt32Signal('ticks')
-    local due = math.min(step, 40)              -- a service has no turns after a stop
+    local due = math.min(step, 40)              -- services are not called after a stop
     assert(ticks == due, 'step ' .. step .. ', but ' .. tostring(ticks) .. ' ticks')
 end
 

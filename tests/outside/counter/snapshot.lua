@@ -1,4 +1,5 @@
--- Checks that the count of `counter` is part of snapshots. It avoids tatu.on, because subscriptions are not.
+-- Checks that snapshots contain the count of `counter`. It does not use tatu.on, because snapshots contain no
+-- subscriptions.
 step = 0
 
 function sysCall_actuation()

@@ -8,8 +8,8 @@
 #include "tatu/command.h"
 #include "tatu/host.h"
 
-// The state of a world: the pending journeys. It consists of plain numbers, so the host saves and restores it. Journeys
-// are numbered from 1 and stored in the slot number % SLOTS; when all are taken, the oldest is lost.
+// The state of a world: the pending journeys. It consists of plain numbers, so the host can save and restore it.
+// Journeys are numbered from 1; journey n is in slot n % SLOTS and overwrites the one that was there before.
 enum { SLOTS = 64 };
 typedef struct {
   uint64_t number; // 0: empty
@@ -21,7 +21,7 @@ typedef struct {
   journey journeys[SLOTS];
 } state;
 
-// fleet.each: nothing is released in the world's arena, so the answers that the function gave may be handed on.
+// fleet.each: nothing is released in the world's arena, so the results of the function can be returned without a copy.
 static tatu_status TATU_CALL each(tatu_call *call) {
   uint64_t n;
   const tatu_value *handles = tatu_arg_list(call, 0, &n);
@@ -32,14 +32,14 @@ static tatu_status TATU_CALL each(tatu_call *call) {
     tatu_status status = tatu_call_func(call->self, call->world, call->error, tatu_arg_func(call, 1),
                                         TATU_VALUES(handles[i], about), &answer);
     if (status < 0) return status;
-    // A nil would shorten a list in Lua, so a missing answer counts as false.
+    // A nil would shorten the table in Lua, so a missing result is replaced by false.
     tatu_add(call, &answers, answer.tag == TATU_NIL ? tatu_bool(0) : answer);
   }
   return tatu_return(call, answers);
 }
 
-// fleet.arrive: called once with arguments, then once in each step with the number of its journey. A service that refuses
-// has said why: the host passes that on.
+// fleet.arrive: called once with arguments, and then in each step with the number of its journey. If a service fails,
+// the host passes its error on to the caller.
 static tatu_status TATU_CALL arrive(tatu_call *call) {
   const tatu_host_api *host = call->self;
   state *kept = call->state;
@@ -48,7 +48,7 @@ static tatu_status TATU_CALL arrive(tatu_call *call) {
     uint64_t n;
     const double *goal = tatu_arg_floats(call, 1, &n);
     journey begun = {kept->last + 1, 0, goal[0], goal[1], tatu_arg_float(call, 2)};
-    // The full id: if the object is removed and its handle given to another, lookups fail.
+    // The full id, with which lookups fail if the object is removed and its handle is reused.
     tatu_status status = host->scene->look(call->world, tatu_arg_object(call, 0), &begun.who, NULL);
     if (status < 0) return status;
     way = &kept->journeys[++kept->last % SLOTS];
@@ -80,7 +80,7 @@ static const tatu_command arrive_command = {
   .text = "Waits until an object is near a point.", .no_wait = "call fleet.arrive in sysCall_thread",
   .example = "time = fleet.arrive(sim.getObject('/robot'), {1, 2}, 0.1)"};
 
-// All that a world keeps is its state block.
+// The data of a world is in its state block.
 TATU_PLUGIN(TATU_COMMANDS_PER_WORLD(TATU_TABLE(tatu_life, .state_bytes = sizeof(state), .version = 1),
                                     &each_command, &arrive_command),
   .id = "org.outside.fleet", .name = "Fleet", .version = "1.0.0", .licence = "MIT",

@@ -1,6 +1,6 @@
-// guard: commands in C++ that use exceptions inside. None of them leaves the plugin: `guarded` turns each into an error.
-//   x    = guard.at(table, index)        the number at an index from 1; one out of range is an error (std::vector::at)
-//   x    = guard.number(text)            the number that a text holds (std::stod)
+// guard: commands in C++ that use exceptions internally. `guarded` converts each exception into an error of the host.
+//   x    = guard.at(table, index)        the number at a 1-based index; an index out of range is an error
+//   x    = guard.number(text)            the number that a string contains (std::stod)
 //   list = guard.map(table, function)    the results of a script's function for each number
 //
 // Build: c++ -std=c++17 -Wall -Wextra -Werror -shared -fPIC -fvisibility=hidden -I ../../../plugin-api/include -o libtatu_guard.so guard.cpp
@@ -18,7 +18,7 @@
 namespace {
 
 struct plugin {
-  const tatu_host_commands *commands; // does not change after `init`
+  const tatu_host_commands *commands; // constant after `init`
 };
 
 // An exception with a code for the caller.
@@ -27,7 +27,7 @@ struct failure : std::runtime_error {
   failure(tatu_status c, const std::string &text) : std::runtime_error(text), code(c) {}
 };
 
-// The border. What a body throws ends here, as a sentence in the error object.
+// Runs `body` and converts any exception into a sentence in the error object.
 template <typename Body> tatu_status border(tatu_error *error, Body body) noexcept {
   try {
     body();
@@ -57,10 +57,10 @@ void give(tatu_call &call, tatu_value value) {
 
 void at(tatu_call &call) {
   std::vector<double> table = table_of(call, 0);
-  int64_t index = tatu_arg_int(&call, 1); // from 1, as in Lua
+  int64_t index = tatu_arg_int(&call, 1); // 1-based, as in Lua
   try {
     give(call, tatu_float(table.at(static_cast<size_t>(index - 1))));
-  } catch (const std::out_of_range &) { // replaces the library's text by what was expected
+  } catch (const std::out_of_range &) { // replaces the library's message by one that names the argument
     throw failure(TATU_ERR_ARGUMENT, "`index`: there is no element " + std::to_string(index) + " in a table of " +
                                          std::to_string(table.size()));
   }
@@ -69,7 +69,7 @@ void at(tatu_call &call) {
 void number(tatu_call &call) {
   tatu_str given = tatu_arg_text(&call, 0);
   std::string text = given.len ? std::string(given.ptr, given.len) : std::string();
-  // Throws invalid_argument or out_of_range with the text "stod", which `border` reports.
+  // Throws invalid_argument or out_of_range, whose message is only "stod"; `border` reports that.
   size_t used = 0;
   double x = std::stod(text, &used);
   if (used != text.size()) throw failure(TATU_ERR_ARGUMENT, "`text`: there is more text after the number");
@@ -92,7 +92,7 @@ void map(tatu_call &call) {
   give(call, tatu_span(TATU_F64S, kept, table.size()));
 }
 
-// The declarations. Tables begin as {}, since C++17 has no designated initialisers.
+// Declarations. Tables are initialised with {} and then filled, because C++17 has no designated initialisers.
 constexpr tatu_param param(uint32_t type, const char *key, const char *text) {
   tatu_param p{};
   p.size = sizeof p, p.type = type, p.key = key, p.text = text;

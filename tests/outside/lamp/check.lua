@@ -14,7 +14,7 @@ function sysCall_sensing()
     local r = tatu.read(exact)
     if step == 1 then
         assert(r.seen == 1 and near(r.level, 0.5), r.level)
-        tatu.set(exact, 'lamp.range', 4)                                -- live: configure
+        tatu.set(exact, 'lamp.range', 4)                                -- calls configure
     elseif step == 2 then
         assert(r.sequence == 2, 'made anew, where it should have been configured: ' .. r.sequence)
         assert(r.seen == 1 and near(r.level, 0.75), r.level)
@@ -31,7 +31,7 @@ function sysCall_sensing()
     elseif step == 4 then
         assert(r.seen == 0 and r.level == 0)
     end
-    -- The noise of the preset: sigma 0.01, one reading in five lost.
+    -- The noise of the preset has a sigma of 0.01 and loses one reading in five.
     local c = tatu.read(cheap)
     if c.seen == 1 then
         n, sum, squares = n + 1, sum + c.level, squares + (c.level - 0.75) ^ 2

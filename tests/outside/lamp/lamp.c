@@ -1,19 +1,20 @@
-// lamp: a kind of sensor with its own schema, lamp/1: it measures how much of the light of its lamp is reflected.
+// lamp: a sensor kind with its own schema, lamp/1. It measures how much of the light of its lamp is reflected.
 //   lamp.level  1 at the lamp itself, 0 at the end of its range    lamp.seen  1: something reflects light; 0: nothing
-// Two parameters may change during a run: `range` (of the light) and `tilt` (turns the ray up or down).
+// Two parameters can change during a run: `range` (of the light) and `tilt` (rotates the ray up or down).
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_lamp.so lamp.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 40 --threads 1
 //        TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 40 --threads 2
 #include "tatu/sensor.h"
 
-// One lamp. All of it follows from the parameters, so there is nothing that a snapshot would have to keep.
+// One lamp. Everything in it is derived from the parameters, so a snapshot does not have to store any of it.
 typedef struct {
   double range;
-  double ahead[3]; // direction of the ray, in the sensor's frame
+  double ahead[3]; // direction of the ray in the sensor's frame; unit length
 } lamp;
 
-// The parameters, in the order of their declaration below: values have been checked against their ranges.
+// Copies the parameters, which are in the order of their declaration below. The host has checked them against their
+// ranges.
 static void take(lamp *it, const tatu_value *params) {
   double tilt = params[1].u.f;
   it->range = params[0].u.f;
@@ -30,9 +31,9 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
   return TATU_OK;
 }
 
-// Called when parameters change during a run; the host requests the beams afterwards. A lamp with a long range can
-// hardly be tilted, a rule between two parameters that ranges cannot express. After a refusal the old values stay in
-// effect.
+// Called when parameters change during a run. Afterwards the host requests the beams again. The limit on the tilt of a
+// lamp with a long range relates two parameters, which their ranges cannot express. If this function fails, the old
+// values remain in effect.
 static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uint32_t n, uint64_t changed,
                                        tatu_error *error) {
   (void)n, (void)changed;
@@ -50,7 +51,7 @@ static tatu_status TATU_CALL beams(void *data, tatu_beams *out, tatu_error *erro
   return TATU_OK;
 }
 
-// All lamps that are due. The fields are zeroed by the host.
+// Measures all lamps that are due. The host has zeroed the fields.
 static tatu_status TATU_CALL measure(void *self, const tatu_sensor_batch *batch, tatu_error *error) {
   (void)self, (void)error;
   for (uint32_t i = 0; i < batch->n; i++) {

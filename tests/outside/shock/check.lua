@@ -1,4 +1,4 @@
--- Checks a sensor that feels blows: nothing while it falls, one blow at the floor, its weight at rest.
+-- Checks an impact sensor: no force during the fall, one impact on the floor, and its weight at rest.
 local feeler, step, before = nil, 0, 0
 
 function sysCall_init()

@@ -1,16 +1,16 @@
-// shock: a kind of sensor that feels blows, with its own schema, shock/1.
-//   shock.strength  specific force in the last physics step, m/s^2: 9.81 at rest, 0 while it falls
-//   shock.count     how many times it has risen above the threshold
+// shock: a sensor kind that detects impacts, with its own schema, shock/1.
+//   shock.strength  specific force in the last physics step, m/s^2: 9.81 at rest, 0 in free fall
+//   shock.count     the number of times that `shock.strength` has risen above the threshold
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_shock.so shock.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 60
 #include "tatu/sensor.h"
 
 typedef struct {
-  double threshold; // m/s^2
+  double threshold; // specific force above which an impact is counted, m/s^2
 } shock;
 
-// What is kept from one measurement to the next. The host owns it, so that snapshots have it.
+// The state from one measurement to the next. The host owns it and saves it in snapshots.
 typedef struct {
   int32_t count, is_above;
 } memory;

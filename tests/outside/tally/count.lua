@@ -9,11 +9,11 @@ function sysCall_init()
     assert(digits[1] == 4 and digits[2] == 0 and digits[3] == 7 and digits[4] == 2)
     assert(tally.digits(0) == 1)
 
-    -- Invalid arguments are refused, and change nothing.
+    -- Invalid arguments are refused and have no effect.
     assert(not pcall(tally.add, 'apples', 'many'))
     assert(not pcall(tally.each))
     assert(not pcall(tally.add, 'apples', math.maxinteger))
-    -- A function that fails ends the loop with its own error.
+    -- If the function fails, `each` stops and raises the function's error.
     local done, why = pcall(tally.each, function(name) error('not ' .. name) end)
     assert(not done and tostring(why):find('not apples'), why)
 end
@@ -21,8 +21,8 @@ end
 function sysCall_actuation()
     n = n + 1
     local steps = tally.add('steps')
-    assert(steps == n)                          -- also after a snapshot: both are saved, by different plugins
-    sim.setJointTargetVelocity(joint, steps % 7 - 3)    -- so that the run's hash depends on the count
+    assert(steps == n)                          -- snapshots contain both, saved by different plugins
+    sim.setJointTargetVelocity(joint, steps % 7 - 3)    -- makes the run's hash depend on the count
 end
 
 function sysCall_sensing()

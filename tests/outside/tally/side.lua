@@ -1,4 +1,5 @@
--- Runs in parallel with another script: turns its joint by the digits of a growing number.
+-- Runs in parallel with another script, and sets the velocity of its joint to the sum of the digits of a growing
+-- number.
 function sysCall_init()
     joint = sim.getObject('..')
     x = joint * 1234567
@@ -13,7 +14,7 @@ function sysCall_actuation()
     for _, d in ipairs(digits) do sum = sum + d end
     assert((sum - x) % 9 == 0)                      -- casting out nines
     sim.setJointTargetVelocity(joint, sum / 10)
-    -- Commands with state per world are not for parallel scripts. The first actuation follows `init`, and runs alone.
+    -- Parallel scripts cannot call commands with state per world. The first actuation after `init` runs alone.
     if turned then
         local done, why = pcall(tally.add, 'scripts')
         assert(not done and tostring(why):find('side by side'), why)

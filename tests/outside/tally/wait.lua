@@ -1,4 +1,4 @@
--- Waits for what the other script counts.
+-- Waits until the other script has counted far enough.
 function sysCall_thread()
     assert(tally.wait('apples', 4) == 0)         -- already reached
     local t = tally.wait('steps', 10)

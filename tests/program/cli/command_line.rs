@@ -1,4 +1,4 @@
-//! Tests of the command line: output streams, fields of the JSON, length of a run, changes to a scene.
+//! Tests of the command line: output streams, the fields of JSON output, the length of a run, and changes to a scene.
 
 use serde_json::Value;
 
@@ -43,7 +43,7 @@ fn a_run_ends_with_a_summary() {
     assert!(sum["wall_s"].as_f64().unwrap() >= 0.0 && is_hash(&sum["hash"]));
     let [median, p99, max] = ["median", "p99", "max"].map(|name| sum["step_wall_s"][name].as_f64().unwrap());
     assert!(0.0 < median && median <= p99 && p99 <= max);
-    assert_eq!(keys(&sum["objects"]), [ROBOT], "model bases");
+    assert_eq!(keys(&sum["objects"]), [ROBOT], "the summary must list the bases of models");
     let robot = &sum["objects"][ROBOT];
     assert_eq!(keys(robot), ["hash", "position", "quaternion"]);
     assert!(is_hash(&robot["hash"]) && numbers(&robot["position"]).len() == 3);
@@ -59,7 +59,7 @@ fn the_summary_is_of_the_last_step_and_not_of_the_reset() {
     assert_eq!(sum["hash"], lines.last().unwrap().0["hash"]);
     let end = numbers(&sum["objects"][ROBOT]["position"]);
     assert_eq!(end, lines.last().unwrap().object::<3>(ROBOT, "position"));
-    assert!(end[0] > 0.2, "it has driven: {end:?}");
+    assert!(end[0] > 0.2, "the robot has not driven: {end:?}");
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn standard_output_carries_json_and_nothing_else() {
     let done = place.run(&["--steps", "2"]).good();
     assert!(done.json().is_object());
     assert!(done.err.contains("hello") && done.err.contains("printed"));
-    // Without --json, standard output has the lines of the status bar, and the summary is human-readable.
+    // Without --json, standard output contains the lines of the status bar, and the summary is human-readable.
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
     assert!(done.out.lines().any(|l| l == "hello") && done.err.contains("2 steps"), "{}\n{}", done.out, done.err);
     let failing = Place::scene(&watcher("a", "function sysCall_init() error('mine') end"));
@@ -120,15 +120,16 @@ fn a_script_may_stop_the_run() {
 #[test]
 fn set_changes_properties_and_parameters() {
     let place = scene();
-    // While it accelerates, the motor gives its maximum: 3 N m (tests/facts/pioneer.md, 3), or the value set for the
-    // run.
+    // During the acceleration the motor exerts its maximum torque: 3 N m (tests/facts/pioneer.md, 3), or the value set
+    // by
+    // `--set`.
     let torque = |args: &[&str]| {
         let lines = place.trace(&[MOTOR], &[&["--steps", "1"], args].concat());
         lines[0].0["objects"][MOTOR]["joint"]["effort"].as_f64().unwrap()
     };
     assert!((torque(&[]) - 3.0).abs() < 1e-9);
     assert!((torque(&["--set", &format!("{MOTOR}.max_force_nm=1.5")]) - 1.5).abs() < 1e-9);
-    // A parameter of a model: the wall's face is 0.54 m ahead of sonar 4.
+    // `--set` changes a parameter of a model. The wall's face is 0.54 m ahead of sonar 4.
     let sonar = "/Pioneer_p3dx/Pioneer_p3dx_visible/Pioneer_p3dx_ultrasonicSensor4";
     let sees = |args: &[&str]| {
         let lines = place.trace(&[sonar], &[&["--steps", "1"], args].concat());
@@ -136,7 +137,7 @@ fn set_changes_properties_and_parameters() {
     };
     assert!(sees(&[]) && sees(&["--set", "/Pioneer_p3dx.sonar_range_m=3"]));
     assert!(!sees(&["--set", "/Pioneer_p3dx.sonar_range_m=0.3"]));
-    // The last of several values is used; negative numbers and texts are values too.
+    // The last of several values is used. Values can be negative numbers and strings.
     assert!(sees(&["--set", "/Pioneer_p3dx.sonar_range_m=0.3", "--set", "/Pioneer_p3dx.sonar_range_m=2"]));
     let lines = place
         .trace(&["/wall"], &["--steps", "1", "--set", "/wall.position_m=[-3, 0, 0.5]", "--set", "/wall.color=[1,0,0]"]);
@@ -214,7 +215,7 @@ fn lists_have_their_fields() {
 fn check_tells_whether_a_scene_would_start() {
     let place = scene();
     let done = place.tatu(&["check", "scene.toml"]).good();
-    assert!(!done.err.contains("hello") && !done.out.contains("hello"), "no script has run");
+    assert!(!done.err.contains("hello") && !done.out.contains("hello"), "a script has run");
     assert_eq!(place.tatu(&["check", "scene.toml", "--set", "scene.dt_s=0.01"]).code, 0);
     assert_eq!(place.tatu(&["check", "nowhere.toml"]).code, 2);
 }
@@ -237,7 +238,7 @@ fn the_first_scene_runs_as_the_readme_shows_it() {
     assert_eq!(done.good().json()["steps"], 600);
     let places: Vec<[f64; 3]> = place.lines("t.jsonl").iter().map(|l| l.object(ROBOT, "position")).collect();
     let path: f64 = places.windows(2).map(|w| f64::hypot(w[1][0] - w[0][0], w[1][1] - w[0][1])).sum();
-    // Inside its walls, and moving.
+    // The robot remains inside the walls and keeps moving.
     assert!(places.iter().all(|p| p[0].abs() < 3.0 && p[1].abs() < 3.0) && path > 2.0, "{path} m");
 }
 

@@ -1,5 +1,5 @@
-//! Every published scene runs without an error: those in `scenes/`, and the plugins' own demos, whose scripts raise an
-//! error if a reading does not match the scene's geometry.
+//! Tests that every published scene runs without an error: those in `scenes/`, and the demos of plugins, whose scripts
+//! raise an error if a reading does not match the scene's geometry.
 
 use std::path::{Path, PathBuf};
 
@@ -9,8 +9,8 @@ use crate::kit::*;
 fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     entries.sort();
-    // Copies of unsaved scenes, which begin with a dot, are not published; a folder `plugin` has a plugin to be built, and
-    // models of scenes are found from there.
+    // Skips copies of unsaved scenes (names that begin with a dot), folders `plugin` with plugins that must be built,
+    // and folders with models of scenes.
     let hidden = |path: &Path| {
         path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'))
             || path.ends_with("plugin")
@@ -36,7 +36,7 @@ fn scenes_run() {
         let text = std::fs::read_to_string(&scene).unwrap();
         let mut args = vec!["run".to_owned(), scene.to_str().unwrap().to_owned()];
         args.extend(["--seconds", "1", "--json"].map(str::to_owned));
-        // The ports of a scene may be in use.
+        // The scene's own ports may be in use by another program.
         for service in text.split("[[service]]\nid = \"").skip(1).filter_map(|s| s.split('"').next()) {
             args.extend(["--service".to_owned(), format!("{service}:port=0")]);
         }
@@ -54,7 +54,7 @@ fn demos_run_and_say_something_each_second() {
     {
         for plugin in std::fs::read_dir(root().join(&kind)).unwrap() {
             let plugin = plugin.unwrap().path();
-            // `models` also has the script that meshes are made with.
+            // `models` also contains the script that generates meshes.
             if !plugin.is_dir() {
                 continue;
             }
@@ -69,7 +69,7 @@ fn demos_run_and_say_something_each_second() {
             let args = ["run", demo.to_str().unwrap(), "--seconds", "3", "--json", "--trace", trace.to_str().unwrap()];
             place.tatu(&args).good();
             found += 1;
-            // Robots are busy in their demos; those of plugins say what they measure.
+            // Demos of robots may print nothing, but those of plugins print what they measure.
             if kind == "models" {
                 continue;
             }

@@ -8,7 +8,7 @@ fn describe(id: &str) -> Value {
     Place::new().tatu(&["describe", id, "--json"]).good().json()
 }
 
-/// Returns the ids of a list.
+/// Returns the ids in the output of `tatu list`.
 fn ids(what: &str) -> Vec<String> {
     let list = Place::new().tatu(&["list", what, "--json"]).good().json();
     list.as_array().unwrap().iter().map(|i| i["id"].as_str().unwrap().to_owned()).collect()
@@ -16,7 +16,7 @@ fn ids(what: &str) -> Vec<String> {
 
 fn parameter<'v>(fact: &'v Value, name: &str) -> &'v Value {
     let found = fact["parameters"].as_array().unwrap().iter().find(|p| p["name"] == name);
-    found.unwrap_or_else(|| panic!("no parameter {name} in {fact}"))
+    found.unwrap_or_else(|| panic!("there is no parameter `{name}` in {fact}"))
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn parameters_have_all_that_is_declared() {
         (&point["element"], &point["shape"], &point["unit"]),
         (&"f64".into(), &serde_json::json!([3]), &"m".into())
     );
-    // Dimensions that a sensor determines have names.
+    // Dimensions of a field that depend on the sensor have names.
     let shape = |kind: &str, field: &str| {
         let all = describe(kind)["fields"].as_array().unwrap().clone();
         all.iter().find(|f| f["name"] == field).unwrap()["shape"].clone()
@@ -51,11 +51,11 @@ fn parameters_have_all_that_is_declared() {
     assert_eq!(shape("floor", "reflectance.value"), serde_json::json!(["own"]));
     let told = Place::new().tatu(&["describe", "floor"]).good().out;
     assert!(told.lines().any(|l| l.split_whitespace().take(3).eq(["reflectance.value", "f64", "own"])), "{told}");
-    // Its schema, the sensors that use it, and the meaning of "nothing".
+    // The description of a schema contains the sensors that use it, and the values that mean "nothing measured".
     let schema = describe("proximity/1");
     assert_eq!(schema["sensors"], serde_json::json!(["proximity"]));
     assert!(schema["fields"].as_array().unwrap().iter().all(|f| f["nothing"].is_string()));
-    // The slots of a model, and the properties of an object.
+    // The description of a model contains its slots, and that of an object kind its properties.
     assert_eq!(describe("pioneer_p3dx")["slots"].as_array().unwrap().len(), 11);
     assert_eq!(parameter(&describe("joint"), "max_force")["key"], "max_force_nm");
 }
@@ -103,11 +103,11 @@ fn every_example_is_a_scene_that_would_start() {
             }
             place.write("scene.toml", &format!("format = 1\n\n{example}"));
             place.tatu(&["check", "scene.toml"]).good();
-            // It has all parameters, optional ones as comments.
+            // The example contains all parameters; optional ones are commented out.
             for p in fact["parameters"].as_array().unwrap() {
                 assert!(example.contains(&format!("{} = ", p["key"].as_str().unwrap())), "{p} in {example}");
             }
-            // The commented lines are valid as well.
+            // The commented lines are also valid when they are uncommented.
             place.write("scene.toml", &format!("format = 1\n\n{}", example.replace("\n# ", "\n")));
             place.tatu(&["check", "scene.toml"]).good();
             tried += 1;

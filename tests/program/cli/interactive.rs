@@ -1,4 +1,4 @@
-//! Tests of an interactive run, by a pseudo-terminal.
+//! Tests of an interactive run in a pseudo-terminal.
 
 use std::{
     fs::File,
@@ -12,7 +12,7 @@ use crate::{cli::keys::LISTENER, kit::*};
 /// The program, with a pseudo-terminal as its standard input.
 struct Played {
     child: Child,
-    /// The end of the pseudo-terminal for input.
+    /// The master side of the pseudo-terminal, to which the test writes keys.
     keyboard: File,
     told: BufReader<std::process::ChildStdout>,
 }
@@ -40,12 +40,12 @@ impl Played {
     fn press(&mut self, keys: &[u8]) {
         self.keyboard.write_all(keys).unwrap();
     }
-    /// Reads the output of scripts until a line has this text.
+    /// Reads the output of scripts up to a line that contains `text`.
     fn until(&mut self, text: &str) {
         let mut line = String::new();
         while !line.contains(text) {
             line.clear();
-            assert!(self.told.read_line(&mut line).unwrap() > 0, "it ended before it told `{text}`: {}", self.errors());
+            assert!(self.told.read_line(&mut line).unwrap() > 0, "no line with `{text}`: {}", self.errors());
         }
     }
     fn errors(&mut self) -> String {
@@ -116,9 +116,9 @@ fn it_is_paused_and_goes_on_step_by_step() {
     played.end();
     let lines = place.lines("t.jsonl");
     let of = |key: &str| lines.iter().position(|l| l.status().contains(&key)).unwrap();
-    assert_eq!(of("6 98 0"), of("6 97 0") + 1, "one step lies between the two");
+    assert_eq!(of("6 98 0"), of("6 97 0") + 1, "the second key must be delivered one step after the first");
     let counted = lines.iter().filter(|l| l.0.get("stopping").is_none()).count();
-    assert_eq!(counted, of("6 98 0") + 1, "and none came after");
+    assert_eq!(counted, of("6 98 0") + 1, "no further key must be delivered");
     place.tatu(&["run", "--replay", "run.log", "--trace", "again.jsonl"]).good();
     place.tatu(&["diff", "t.jsonl", "again.jsonl"]).good();
 }

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use crate::kit::*;
 
-/// A script that prints each key, and moves an object by it.
+/// A script that prints each key, and moves an object according to its code.
 pub const LISTENER: &str = "
 function sysCall_init()
     box = sim.getObject('/box')
@@ -31,7 +31,7 @@ fn scene() -> Place {
     place
 }
 
-/// Codes: tests/facts/script-api.md, 5; a message is kept until each script has read its copy.
+/// Each script receives its own copy of the message about a key. The codes are from tests/facts/script-api.md, 5.
 #[test]
 fn keys_enter_before_the_first_step_at_or_after_their_time() {
     let place = scene();
@@ -71,7 +71,7 @@ fn a_snapshot_has_the_keys_that_came_before_it() {
     assert_eq!(rest["hash"], whole["hash"]);
 }
 
-/// A console's text grows until it is emptied, and is in the trace of the step in which it was printed.
+/// The text of a console grows until a script clears it. The trace of a step contains what was printed in that step.
 #[test]
 fn consoles_stand_in_the_trace() {
     let place = Place::new();
@@ -90,7 +90,7 @@ fn consoles_stand_in_the_trace() {
     assert_eq!(told, [json!({ "Log": "a=1 b=2\n" }), json!({ "Log": null }), json!({ "Log": "y" }), json!({})]);
 }
 
-/// Clocks show simulation time, which begins with the first second of 2015, or with `--realtime` the machine's time.
+/// Clocks show the simulated time, which starts with the first second of 2015, or with `--realtime` the system time.
 #[test]
 fn clocks_are_simulation_time_unless_the_run_is_in_real_time() {
     let place = Place::new();
@@ -108,5 +108,5 @@ fn clocks_are_simulation_time_unless_the_run_is_in_real_time() {
     assert_eq!(run(&[]), "2015\ttrue\ttrue\n".repeat(6));
     let real = run(&["--speed", "40", "--log", "run.log"]);
     assert!(!real.contains("2015") && real.lines().all(|l| l.ends_with("false\ttrue")), "{real}");
-    assert_eq!(place.tatu(&["run", "--replay", "run.log"]).good().out, real, "what clocks showed stands in the log");
+    assert_eq!(place.tatu(&["run", "--replay", "run.log"]).good().out, real, "the replay shows other times");
 }

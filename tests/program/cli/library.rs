@@ -1,10 +1,10 @@
-//! The simulator as a library for C: `libtatu.so` and `tatu_world.h`.
+//! Tests of the simulator as a library for C: `libtatu.so` and `tatu_world.h`.
 
 use std::{fs, path::PathBuf, process::Command};
 
 use crate::kit::*;
 
-/// The folder in which cargo puts libraries that the tests depend on.
+/// Returns the folder into which cargo puts the libraries that the tests depend on.
 fn built() -> PathBuf {
     program().parent().unwrap().join("deps")
 }
@@ -53,7 +53,7 @@ fn a_c_program_runs_worlds_with_the_same_bits() {
     }
 }
 
-/// Programs that were compiled before must find the fields where they were.
+/// Fields keep their offsets, on which programs depend that were compiled with an earlier header.
 #[test]
 fn the_layout_of_the_setup_is_the_recorded_one() {
     let place = Place::new();

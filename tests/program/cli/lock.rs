@@ -1,4 +1,4 @@
-//! `tatu lock`, and `needs` of a scene.
+//! Tests of `tatu lock`, and of the key `needs` of a scene.
 
 use crate::kit::*;
 
@@ -18,16 +18,18 @@ fn a_lock_tells_what_has_changed() {
     {
         assert!(lock.contains(part), "{part}: {lock}");
     }
-    assert_eq!(place.tatu(&["lock", "scene.toml", "--check"]).good().out, "scene.toml: all as locked\n");
+    assert_eq!(place.tatu(&["lock", "scene.toml", "--check"]).good().out, "scene.toml: agrees with its lock file\n");
     // Changes are reported by name, including changed contents of a plugin's file.
     place.write("models/crate/model.toml", &MODEL.replace("A box.", "A crate."));
     let folder = lock.split("[[plugin]]").find(|p| p.contains("tatu.models.folder")).unwrap();
     place.write("scene.lock", &lock.replace(folder, &folder.replace("version = \"", "version = \"9")));
     let done = place.tatu(&["lock", "scene.toml", "--check"]);
     assert_eq!(done.code, 1, "{}", done.err);
-    for line in
-        ["model models/crate/model.toml: its contents have changed", "plugin tatu.models.folder: 9", "scene.lock: 2"]
-    {
+    for line in [
+        "model models/crate/model.toml: its contents have changed",
+        "plugin tatu.models.folder: version 9",
+        "scene.lock: 2",
+    ] {
         assert!(done.out.contains(line), "{line}: {}", done.out);
     }
     place.write("scene.lock", "plugin = 1\n");
@@ -68,7 +70,7 @@ fn a_scene_tells_which_plugin_it_needs() {
         "needs `tatu.sensor.imu >= 7.2`",
         "version 0.1.0 is loaded",
     ]);
-    scene("[\"tatu.sensor.imu >= new\"]").refused(&["E102", "`tatu.sensor.imu >= new` is not a required plugin"]);
+    scene("[\"tatu.sensor.imu >= new\"]").refused(&["E102", "`tatu.sensor.imu >= new` is not a valid requirement"]);
     scene("\"tatu.sensor.imu\"").refused(&["E102", "not a list of plugins"]);
     scene("[3]").refused(&["E102", "not a list of plugins"]);
 }

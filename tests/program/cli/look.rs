@@ -61,7 +61,7 @@ fn red(picture: &Picture) -> (usize, bool) {
     (red.len(), red.iter().any(edge))
 }
 
-/// Without `--from` the scene's camera is used; if there is none, everything is in the picture, wherever it is.
+/// Without `--from` the scene's camera is used. If there is none, the view is chosen so that it contains all objects.
 #[test]
 fn a_scene_shows_itself() {
     for (at, size) in [([0.0; 3], 1.0), ([40.0, -7.0, 3.0], 0.1), ([-5.0, 2.0, -9.0], 30.0)] {
@@ -72,7 +72,8 @@ fn a_scene_shows_itself() {
             assert!(!edge && red * 20 > picture.rows * picture.columns, "{at:?}: {red}");
         }
     }
-    // 1 m away at 60 degrees: half of the width is 0.577 m, so half a metre of the box is 104 of 120 pixels.
+    // At a distance of 1 m, a field of view of 60 degrees is 2 * 0.577 m wide, so the box, 1 m wide, covers 104 of 120
+    // pixels.
     let camera = "[[object]]\nkind = \"camera\"\nalias = \"eye\"\nposition_m = [-2.0, 0.0, 0.5]\norientation_deg = [0, 90, 90]\n";
     let place = Place::scene(&format!("{}{camera}", cuboid("box", [2.0, 1.0, 0.4], [0.0, 0.0, 0.5], RED)));
     let done = place.look(&["--size", "120x60"]).good();
@@ -82,14 +83,14 @@ fn a_scene_shows_itself() {
     assert!((102..=106).contains(&row(30)), "{}", row(30));
 }
 
-/// The floor that is added for the picture cuts off nothing, and can be left out.
+/// The floor that is added to the picture hides no object, and can be left out.
 #[test]
 fn the_floor_lies_below_what_stands_on_it() {
     let place = Place::scene(&cuboid("box", [1.0; 3], [0.0; 3], RED));
     let args = ["--from", "0,-6,1", "--to", "0,0,0", "--size", "120x90", "--fov", "30"];
     let with = place.picture(&args);
     let without = place.picture(&[&args[..], &["--no-ground"]].concat());
-    // The lower half of the box is visible, as much of it as without a floor, apart from blended edges.
+    // With the floor, as much of the box is visible as without it, apart from blended edges.
     let (with_red, without_red) = (red(&with).0, red(&without).0);
     assert!(with_red.abs_diff(without_red) * 10 < without_red && with_red > 600, "{with_red} {without_red}");
     assert_ne!(with.at(2, 88), without.at(2, 88));
@@ -106,7 +107,7 @@ fn a_picture_has_its_size_and_is_the_same_on_any_number_of_threads() {
     assert_eq!((one.columns, one.rows), (160, 90));
     assert!(one.is_colorful(200));
     place.look(&[&args[..], &["--threads", "2"]].concat()).good();
-    assert!(bytes == fs::read(place.path().join("out.png")).unwrap(), "two threads make another picture than one");
+    assert!(bytes == fs::read(place.path().join("out.png")).unwrap(), "the picture depends on the number of threads");
 }
 
 #[test]
@@ -124,10 +125,10 @@ fn a_box_is_where_geometry_says() {
     // Above the horizon the sky is bluish; the floor below is grey.
     let ([r, _, b], [fr, fg, fb]) = (picture.at(5, 2), picture.at(60, 78));
     assert!(b > r && fr.abs_diff(fg) < 20 && fg.abs_diff(fb) < 20, "{r} {b} {fr} {fg} {fb}");
-    // Left in the picture is +y when looking along +x.
+    // When the camera looks along +x, +y is to the left in the picture.
     let place = Place::scene(&format!("{FLOOR}{}", cuboid("box", [0.5; 3], [0.0, 0.6, 1.0], RED)));
     let picture = place.picture(&["--from=-3,0,1", "--to=0,0,1", "--size=120x80", "--fov=60"]);
-    // Its centre is 103.9 * 0.6 / 3 = 20.8 pixels to the left.
+    // The centre of the box is 103.9 * 0.6 / 3 = 20.8 pixels to the left.
     assert!(picture.is_red(60 - 21, 40) && !picture.is_red(60 + 21, 40));
 }
 
@@ -156,8 +157,8 @@ fn the_scene_is_shown_as_it_is_at_a_time() {
     let place = Place::scene(&format!("{FLOOR}{ball}"));
     let look =
         |at: &str| place.picture(&["--from", "-4,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60", "--at", at]);
-    // 103.9 / 4 = 26 pixels per metre: 2 m high is 26 pixels above the centre; after falling for 0.5 s, 1.23 m lower, 6
-    // below.
+    // At 103.9 / 4 = 26 pixels per metre, the box at 2 m is 26 pixels above the centre; after falling by 1.23 m in 0.5
+    // s, it is 6 pixels below.
     let (before, after) = (look("0"), look("0.5"));
     assert!(before.is_red(60, 40 - 26) && !before.is_red(60, 40 + 6));
     assert!(after.is_red(60, 40 + 6) && !after.is_red(60, 40 - 26));
@@ -176,8 +177,8 @@ fn what_is_hidden_is_not_shown_and_what_is_drawn_is() {
     let place = Place::scene(&format!("{FLOOR}{hidden}{drawer}"));
     let args = ["--from", "-4,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60", "--at", "0.1"];
     let picture = place.picture(&args);
-    assert!(picture.is_red(60, 40), "the drawing is not there");
-    assert!(!picture.is_red(60 - 26, 40), "what is hidden is shown");
+    assert!(picture.is_red(60, 40), "the drawing is missing");
+    assert!(!picture.is_red(60 - 26, 40), "a hidden object is shown");
 }
 
 #[test]
@@ -190,14 +191,14 @@ fn a_sensor_that_tells_the_nearest_point_shows_it() {
     let place = Place::scene(&scene);
     let picture = place.picture(&["--sensor", "/feeler"]);
     assert!(picture.columns > 800 && picture.rows > 400 && picture.is_colorful(100));
-    // The ball at the detected point.
+    // A red ball marks the detected point.
     assert!((0..picture.rows).any(|y| (0..picture.columns).any(|x| picture.is_red(x, y))));
     let again = fs::read(place.path().join("out.png")).unwrap();
     place.look(&["--sensor", "feeler", "--threads", "2"]).good();
     assert!(again == fs::read(place.path().join("out.png")).unwrap());
 }
 
-/// Returns a sensor half a metre up that looks along +x: +z ahead, +y up, +x to the left.
+/// Returns a sensor at a height of 0.5 m that faces along the world's +x axis: its +z points forward, +y up, +x left.
 fn sensor(kind: &str, more: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nsensor = \"{kind}\"\nalias = \"eye\"\nposition_m = [0, 0, 0.5]\n\
@@ -207,42 +208,43 @@ fn sensor(kind: &str, more: &str) -> String {
 
 #[test]
 fn a_scan_shows_what_is_left_at_the_left() {
-    // There is a wall only to the left, 2 m away and 4 m long: of 181 beams, 1 degree apart, those from 45 to 90
-    // degrees hit it, 46 of them.
+    // The only wall is to the left, 2 m away and 4 m long. Of 181 beams, 1 degree apart, it is hit by the 46 between 45
+    // and 90 degrees.
     let wall = cuboid("wall", [4.0, 0.2, 1.0], [0.0, 2.1, 0.5], "");
     let place = Place::scene(&format!("{wall}{}", sensor("laser", "range_m = 5")));
     let picture = place.picture(&["--sensor", "eye"]);
     let all = (0..picture.rows).flat_map(|y| (0..picture.columns).map(move |x| (x, y)));
     let dots: Vec<(usize, usize)> = all.filter(|(x, y)| picture.is_red(*x, *y)).collect();
     assert!(dots.len() > 46, "{} red pixels", dots.len());
-    // The wall is a vertical line left of the centre, as long as it is far away: from the sensor's own position to 45
-    // degrees.
+    // In the picture, the visible wall is a vertical line to the left of the centre, which starts beside the sensor and
+    // ends at 45 degrees. Its length therefore equals its distance.
     let range =
         |f: fn(&(usize, usize)) -> usize| (dots.iter().map(f).min().unwrap(), dots.iter().map(f).max().unwrap());
     let ((left, right), (top, bottom)) = (range(|d| d.0), range(|d| d.1));
     assert!(right < picture.columns / 2 && right - left < 8, "from {left} to {right}");
-    // Beams without a hit end at 1.15 times the distance of the farthest hit, 2.83 m: at 3.25 m. They reach 3.25 m to
-    // the right and, at 44 degrees, 2.26 m to the left: 5.51 m in 720 pixels, so the 2 m of wall ahead are 261 pixels.
+    // Beams without a hit are drawn with 1.15 times the distance of the farthest hit (2.83 m), which is 3.25 m. They
+    // extend 3.25 m to the right and, at 44 degrees, 2.26 m to the left. These 5.51 m are 720 pixels wide, so the 2 m
+    // of wall ahead of the sensor are 261 pixels long.
     assert!((bottom - top).abs_diff(261) < 6, "{top} to {bottom}");
 }
 
 #[test]
 fn what_is_near_is_bright_in_a_depth_image_and_colours_stand_beside_it() {
-    // 64 x 48 pixels over 57 degrees: 32 / tan(28.5 degrees) = 58.9 pixels at distance 1. The box, 1 m ahead and from
-    // 0.05 to 0.55 m to the left, covers columns 32 - 32.4 to 32 - 2.9 of the image's middle rows, each 5 pixels wide
-    // here.
+    // With 64 x 48 pixels and 57 degrees, 1 m at a distance of 1 m covers 32 / tan(28.5 degrees) = 58.9 pixels. The box
+    // is 1 m ahead and from 0.05 to 0.55 m to the left, so it covers the columns 32 - 32.4 to 32 - 2.9 in the middle
+    // rows of the image. Each pixel of the sensor is 5 pixels wide in the picture.
     let near = cuboid("box", [0.4, 0.5, 0.6], [1.2, 0.3, 0.5], RED);
     let far = cuboid("wall", [0.2, 9.0, 9.0], [3.1, 0.0, 0.5], "color = [0.2, 0.2, 1.0]");
     let place = Place::scene(&format!("{near}{far}{}", sensor("depth_camera", "columns = 64\nrows = 48")));
     let picture = place.picture(&["--sensor", "eye"]);
-    // The depth image begins 20 pixels from the left and 76 from above; its legend takes 110, and the colour image
-    // follows 20 further.
+    // The depth image starts 20 pixels from the left and 76 from the top. Its legend is 110 pixels wide, and the colour
+    // image starts 20 pixels to the right of the legend.
     let (depth, color) = (20, 20 + 320 + 110 + 20);
     let middle = 76 + 120;
     let [r, g, b] = picture.at(depth + 80, middle);
-    assert!(r > 200 && g > 200 && b < 100, "near is {r} {g} {b}, expected yellow");
+    assert!(r > 200 && g > 200 && b < 100, "the near colour is {r} {g} {b}, expected yellow");
     let [r, g, b] = picture.at(depth + 240, middle);
-    assert!(r < 120 && g < 60 && b > 60, "far is {r} {g} {b}, expected violet");
+    assert!(r < 120 && g < 60 && b > 60, "the far colour is {r} {g} {b}, expected violet");
     assert!(picture.is_red(color + 80, middle));
     let [r, _, b] = picture.at(color + 240, middle);
     assert!(b > 100 && b > 2 * r);
@@ -266,7 +268,7 @@ fn what_cannot_be_looked_at_is_told() {
         "E110",
         "Pioneer_p3dx_ultrasonicSensor17",
         "did you mean `",
-        "the sensors of this scene are",
+        "the scene has these sensors:",
         "Pioneer_p3dx_ultrasonicSensor16",
     ]);
     place.look(&["--sensor", "/floor"]).refused(&[
@@ -294,7 +296,7 @@ fn every_picture_of_the_documentation_can_be_made_again() {
     let mut count = 0;
     for entry in fs::read_dir(&images).unwrap().map(Result::unwrap) {
         let name = entry.file_name().to_string_lossy().into_owned();
-        assert!(script.contains(&name), "docs/pictures.sh does not make {name}");
+        assert!(script.contains(&name), "docs/pictures.sh does not create {name}");
         let size = entry.metadata().unwrap().len();
         assert!(size < 200 * 1024, "{name} has {size} bytes");
         count += 1;

@@ -1,4 +1,4 @@
-//! Failures to write are reported, and the exit code is 1; a second Ctrl-C ends the program at once.
+//! Tests that failures to write are reported with exit code 1, and that a second Ctrl-C ends the program immediately.
 
 #![cfg(target_os = "linux")]
 
@@ -57,7 +57,7 @@ fn a_closed_pipe_ends_quietly() {
 fn a_second_interrupt_ends_it() {
     let place = Place::scene("");
     succeed(Command::new("mkfifo").arg(place.path().join("keys")));
-    // The pipe has a writer that never writes.
+    // The program reads a pipe to which nothing is ever written.
     let mut child = Command::new(program())
         .args(["run", "scene.toml", "--seconds", "1000000", "--realtime", "--keys", "keys"])
         .current_dir(place.path())
@@ -76,7 +76,7 @@ fn a_second_interrupt_ends_it() {
             succeed(Command::new("kill").args(["-INT", &child.id().to_string()]));
             signals += 1;
         }
-        assert!(begin.elapsed() < Duration::from_secs(20), "two interrupts did not end it");
+        assert!(begin.elapsed() < Duration::from_secs(20), "two interrupts did not end the program");
         std::thread::sleep(Duration::from_millis(20));
     };
     drop(writer);

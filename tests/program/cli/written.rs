@@ -1,4 +1,4 @@
-//! Files that the program writes are complete, or an error is reported; files that it reads are checked.
+//! Tests that files written by the program are complete or an error is reported, and that files are checked when read.
 
 use std::{fs, path::Path, process::Command};
 
@@ -42,7 +42,7 @@ fn snapshots_and_pictures_leave_what_stands_there_as_it_is() {
     assert_eq!(rest.count(), 0);
 }
 
-/// The checksums are right, but the bytes are wrong.
+/// The checksums are valid, but the contents are not.
 #[test]
 fn forged_snapshots_end_in_an_error_or_in_a_run() {
     let place = scene();
@@ -101,11 +101,11 @@ fn a_log_that_was_edited_is_found() {
         place.write("bad.log", &(lines.join("\n") + "\n"));
         place.tatu(&["run", "--replay", "bad.log"])
     };
-    // A line lost, two exchanged, one repeated.
+    // One line is missing, two are swapped, or one is repeated.
     for (order, line) in [([0, 1, 3, 4, 5, 5], 3), ([0, 2, 1, 3, 4, 5], 2), ([0, 1, 1, 2, 3, 4], 3)] {
         replay(&order.map(|i| lines[i])).refused(&["error[E116]", &format!("bad.log:{line}:"), "damaged"]);
     }
-    // Any digit of any line changed.
+    // A digit is changed, in each line.
     for (i, line) in lines.iter().enumerate() {
         for at in (0..line.len()).filter(|at| line.as_bytes()[*at].is_ascii_digit()).step_by(7) {
             let mut changed = line.as_bytes().to_vec();
@@ -116,8 +116,8 @@ fn a_log_that_was_edited_is_found() {
             replay(&all).refused(&["error[E116]"]);
         }
     }
-    // A log truncated at the end is replayed as far as it goes, with a note.
-    replay(&lines[..4]).good().tells(&["ended from outside"]);
+    // A log truncated at the end is replayed up to its last line, with a note.
+    replay(&lines[..4]).good().tells(&["did not end normally"]);
     // A valid log of another run is detected at the end.
     let other = sealed_anew(&log, |l| match l.split_once(",\"hash\":") {
         Some((open, _)) => format!("{open},\"hash\":\"{:016x}\"", 7),
@@ -129,7 +129,7 @@ fn a_log_that_was_edited_is_found() {
     done.tells(&["error[E504]", "0000000000000007"]);
 }
 
-/// A pipe may be endless.
+/// Pipes are refused, because they may be endless.
 #[test]
 #[cfg(unix)]
 fn scenes_and_scripts_are_plain_files() {
@@ -139,7 +139,7 @@ fn scenes_and_scripts_are_plain_files() {
     place.tatu(&["check", "pipe.toml"]).refused(&["error[E105]", "pipe.toml", "not a plain file"]);
     let done = place.tatu(&["check", "scene.toml", "--script", "/box=pipe.lua"]);
     done.refused(&["pipe.lua", "not a plain file"]);
-    // Devices may be endless too, also through links.
+    // Devices are refused for the same reason, even behind symbolic links.
     std::os::unix::fs::symlink("/dev/zero", place.path().join("zero.jsonl")).unwrap();
     place.write("one.jsonl", "{\"step\": 0, \"hash\": \"0\"}\n");
     for args in [
@@ -159,7 +159,7 @@ fn scenes_and_scripts_are_plain_files() {
     }
 }
 
-/// The pipe is never written: the program waits for its keys, and ends when it gets a signal.
+/// The program waits for keys from a pipe to which nothing is written, and exits on a signal.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_signal_ends_a_run_that_waits_for_keys() {

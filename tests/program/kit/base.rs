@@ -1,4 +1,4 @@
-//! Helpers of all tests: run the program, create scenes in temporary folders, compile plugins.
+//! Helpers for all tests, which run the program, create scenes in temporary folders and compile plugins.
 
 use std::{
     fs,
@@ -11,15 +11,15 @@ use std::{
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A floor.
+/// A scene entry for a horizontal plane at z = 0 that collides with everything.
 pub const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
 
-/// Returns the folder of the sources.
+/// Returns the root folder of the repository.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Returns a file of the folder `shared` next to the repository. Tests that use it are ignored if it is missing.
+/// Returns the path of a file in the folder `shared` next to the repository. Tests that use a missing file are ignored.
 pub fn shared(path: &str) -> PathBuf {
     let full = root().join("../shared").join(path);
     full.canonicalize().unwrap_or_else(|e| panic!("{}: {e}", full.display()))
@@ -28,7 +28,7 @@ pub fn shared(path: &str) -> PathBuf {
 /// The result of running the program.
 pub struct Done {
     pub code: i32,
-    /// The signal that ended it, if one did.
+    /// The signal that killed the program, if any.
     pub signal: Option<i32>,
     pub out: String,
     pub err: String,
@@ -40,39 +40,39 @@ impl Done {
         serde_json::from_str(&self.out)
             .unwrap_or_else(|e| panic!("stdout is not JSON ({e}):\n{}\n{}", self.out, self.err))
     }
-    /// Checks that it ended without an error.
+    /// Checks that the program exited with 0.
     #[track_caller]
     pub fn good(self) -> Self {
         assert!(self.code == 0, "exit {}\n{}\n{}", self.code, self.err, self.out);
         self
     }
-    /// Returns the errors of a run, which must have ended with 1.
+    /// Checks that the run exited with 1, and returns its errors.
     #[track_caller]
     pub fn errors(&self) -> Vec<Value> {
         assert_eq!(self.code, 1, "{}\n{}", self.err, self.out);
         self.json()["errors"].as_array().unwrap().clone()
     }
-    /// Checks that it refused to start, and that standard error has all of these words.
+    /// Checks that the program refused to start, and that standard error contains all of `words`.
     #[track_caller]
     pub fn refused(&self, words: &[&str]) {
         assert_eq!(self.code, 2, "{}\n{}", self.err, self.out);
         self.tells(words);
     }
-    /// Checks that standard error has all of these words.
+    /// Checks that standard error contains all of `words`.
     #[track_caller]
     pub fn tells(&self, words: &[&str]) {
         for w in words {
-            assert!(self.err.contains(w), "standard error lacks `{w}`:\n{}", self.err);
+            assert!(self.err.contains(w), "standard error does not contain `{w}`:\n{}", self.err);
         }
         assert!(!self.err.contains("panicked"), "a panic:\n{}", self.err);
     }
 }
 
-/// Runs a program in a folder, without a plugin path; a program that hangs is ended.
+/// Runs a program in a folder, without a plugin path, and kills it if it hangs.
 pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> Done {
     let mut command = assert_cmd::Command::new(program);
     command.current_dir(dir).args(args).env_remove("TATU_PLUGIN_PATH").timeout(Duration::from_secs(300));
-    // Scenes of tests may load plugins next to them.
+    // Allows the scenes of tests to load plugins from their own folder.
     command.env("TATU_TRUST", dir);
     // Plugins installed by the user who runs the tests must not be found.
     command.env("XDG_DATA_HOME", dir.join(".data"));
@@ -81,7 +81,7 @@ pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> D
     }
     let output = loop {
         match command.output() {
-            // A program that was just copied may still be held open by a new process of another test.
+            // A new process of another test may still hold a program open that was just copied.
             Err(e) if e.kind() == ErrorKind::ExecutableFileBusy => std::thread::sleep(Duration::from_millis(10)),
             other => break other.unwrap(),
         }
@@ -151,7 +151,7 @@ impl Place {
         self.run(&[&all, args].concat()).good();
         self.lines("trace.jsonl")
     }
-    /// Returns the lines of a trace until a stop was requested.
+    /// Returns the lines of a trace up to the stop request.
     pub fn lines(&self, file: &str) -> Vec<Line> {
         self.all_lines(file).into_iter().filter(|l| !l.is_stopping()).collect()
     }
@@ -178,13 +178,13 @@ impl Line {
     pub fn status(&self) -> Vec<&str> {
         self.0["statusbar"].as_array().unwrap().iter().map(|s| s.as_str().unwrap()).collect()
     }
-    /// Returns numbers of a watched object: "position", "quaternion", "linear_velocity", "angular_velocity".
+    /// Returns the "position", "quaternion", "linear_velocity" or "angular_velocity" of a watched object.
     #[track_caller]
     pub fn object<const N: usize>(&self, path: &str, what: &str) -> [f64; N] {
         let found = numbers(&self.0["objects"][path][what]);
         found.try_into().unwrap_or_else(|v| panic!("`{path}` {what}: {v:?} in {}", self.0))
     }
-    /// Returns one number of a watched sensor.
+    /// Returns a scalar field of a watched sensor's reading.
     #[track_caller]
     pub fn sensor(&self, path: &str, field: &str) -> f64 {
         let value = &self.0["readings"][path][field];
@@ -192,7 +192,7 @@ impl Line {
     }
 }
 
-/// Changes the lines of an input log and recomputes their checksums; `change` gets and returns lines without them.
+/// Changes the lines of an input log and recomputes their checksums. `change` maps a line without its checksum.
 pub fn sealed_anew(log: &str, change: impl Fn(&str) -> String) -> String {
     let mut check = 0;
     let lines = log.lines().map(|line| {
@@ -209,12 +209,12 @@ pub fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().into_iter().flatten().filter_map(Value::as_f64).collect()
 }
 
-/// Returns the rotation about the vertical of a quaternion x y z w, rad.
+/// Returns the yaw of the quaternion (x, y, z, w), rad.
 pub fn yaw([x, y, z, w]: [f64; 4]) -> f64 {
     f64::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 }
 
-/// Returns the angle of a body's z axis to the vertical, rad: never less than roll or pitch.
+/// Returns the angle between a body's z axis and the vertical, rad. It is an upper bound of roll and pitch.
 pub fn lean([x, y, _, _]: [f64; 4]) -> f64 {
     (1.0 - 2.0 * (x * x + y * y)).clamp(-1.0, 1.0).acos()
 }
@@ -263,7 +263,7 @@ pub fn build(readme: &str, folder: &Path) {
     succeed(Command::new(compiler(&words[0])).args(&words[1..]).current_dir(folder));
 }
 
-/// Returns the system's compiler for "cc" or "c++", or the one in CC and CXX, as cargo's builds do.
+/// Returns the compiler for "cc" or "c++": that in the variable CC or CXX if it is set, otherwise the system's.
 pub fn compiler(name: &str) -> String {
     let variable = if name == "cc" { "CC" } else { "CXX" };
     std::env::var(variable).unwrap_or_else(|_| name.to_owned())
@@ -290,7 +290,7 @@ pub fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Returns the C headers below a folder: `tatu.h`, then its parts in order of their names; old revisions have no parts.
+/// Returns the C headers below a folder: `tatu.h`, then those in `tatu/` by name, which old revisions do not have.
 pub fn headers(include: &Path) -> Vec<PathBuf> {
     let mut parts: Vec<PathBuf> =
         fs::read_dir(include.join("tatu")).into_iter().flatten().map(|e| e.unwrap().path()).collect();
@@ -305,7 +305,7 @@ pub fn header_text(include: &Path) -> String {
     headers(include).iter().map(|p| fs::read_to_string(p).unwrap()).collect()
 }
 
-/// Writes the headers to another folder, with a change to each.
+/// Writes the headers to another folder, each changed by `change`.
 pub fn changed_headers(to: &Path, change: impl Fn(String) -> String) {
     let include = root().join("plugin-api/include");
     fs::create_dir_all(to.join("tatu")).unwrap();

@@ -1,4 +1,4 @@
-//! Drives a real browser over its own protocol, as far as tests of the page need it.
+//! Controls a real browser by the part of the Chrome DevTools Protocol that tests of the page need.
 
 use std::{
     net::TcpStream,
@@ -16,7 +16,7 @@ pub struct Page {
     process: Child,
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
     number: u64,
-    /// Errors of the page.
+    /// Errors that the page has reported.
     pub wrong: Vec<String>,
     _folder: tempfile::TempDir,
 }
@@ -26,21 +26,21 @@ pub fn browser() -> PathBuf {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let path = std::env::var_os("PATH").unwrap_or_default();
     let found = std::env::split_paths(&path).flat_map(|d| names.map(|n| d.join(n))).find(|p| p.is_file());
-    found.expect("Chromium, which was there when the tests were built")
+    found.expect("Chromium was found when the tests were built, but is missing now")
 }
 
 fn wait<T>(what: &str, f: impl FnMut() -> Option<T>) -> T {
     wait_for(what, Duration::from_secs(60), f)
 }
 
-/// Polls until there is a result.
+/// Polls `f` until it returns a result; panics after `limit`.
 pub fn wait_for<T>(what: &str, limit: Duration, mut f: impl FnMut() -> Option<T>) -> T {
     let begin = Instant::now();
     loop {
         if let Some(found) = f() {
             return found;
         }
-        assert!(begin.elapsed() < limit, "{what}: not within {limit:?}");
+        assert!(begin.elapsed() < limit, "{what}: no result within {limit:?}");
         std::thread::sleep(Duration::from_millis(50));
     }
 }
@@ -81,7 +81,7 @@ impl Page {
         page
     }
 
-    /// Calls a method of the browser; returns its result.
+    /// Calls a method of the browser's protocol and returns its result.
     pub fn send(&mut self, method: &str, params: Value) -> Value {
         self.number += 1;
         let number = self.number;
@@ -99,7 +99,7 @@ impl Page {
         }
     }
 
-    /// Returns the value of an expression, or of its promise.
+    /// Evaluates a JavaScript expression and returns its value; waits if the value is a promise.
     pub fn js(&mut self, expression: &str) -> Value {
         let params = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
         let result = self.send("Runtime.evaluate", params);
@@ -107,17 +107,17 @@ impl Page {
         result["result"]["value"].clone()
     }
 
-    /// Returns a text on the page.
+    /// Returns the text of the element that `selector` matches.
     pub fn text(&mut self, selector: &str) -> String {
         self.js(&format!("document.querySelector({selector:?})?.textContent ?? ''")).as_str().unwrap_or("").to_owned()
     }
 
-    /// Clicks an element of the page.
+    /// Calls the `click` method of an element.
     pub fn click(&mut self, selector: &str) {
         self.js(&format!("document.querySelector({selector:?}).click()"));
     }
 
-    /// Returns the middle of an element, in pixels of the page.
+    /// Returns the centre of an element, in CSS pixels.
     pub fn middle(&mut self, selector: &str) -> [f64; 2] {
         let found = self.js(&format!(
             "(() => {{ const e = document.querySelector({selector:?}); e.scrollIntoView({{ block: 'nearest' }}); \
@@ -146,7 +146,7 @@ impl Page {
         }
     }
 
-    /// Clicks an element with the mouse.
+    /// Clicks the centre of an element with the mouse.
     pub fn click_on(&mut self, selector: &str) {
         let at = self.middle(selector);
         self.click_at(at, 1);
@@ -164,26 +164,26 @@ impl Page {
         }
     }
 
-    /// Enters text where the focus is.
+    /// Enters text into the focused element.
     pub fn enter(&mut self, text: &str) {
         self.send("Input.insertText", json!({ "text": text }));
     }
 
-    /// Presses or releases a key; `modifiers`: 2 for Ctrl, 8 for Shift.
+    /// Presses or releases a key. `modifiers` is the sum of 2 for Ctrl and 8 for Shift.
     pub fn key_event(&mut self, kind: &str, key: &str, code: u32, modifiers: u32) {
         let params =
             json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code, "modifiers": modifiers });
         self.send("Input.dispatchKeyEvent", params);
     }
 
-    /// Presses a key.
+    /// Presses and releases a key.
     pub fn key(&mut self, key: &str, code: u32) {
         for kind in ["keyDown", "keyUp"] {
             self.key_event(kind, key, code, 0);
         }
     }
 
-    /// Presses Enter including its text, as a keyboard does, so that buttons react.
+    /// Presses Enter. The event includes the text of the key, without which buttons do not react.
     pub fn press_enter(&mut self) {
         let key = json!({ "key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13, "text": "\r" });
         for kind in ["keyDown", "keyUp"] {
@@ -193,7 +193,7 @@ impl Page {
         }
     }
 
-    /// Chooses files in a file input.
+    /// Selects files in a file input.
     pub fn choose_files(&mut self, selector: &str, files: &[PathBuf]) {
         let found =
             self.send("Runtime.evaluate", json!({ "expression": format!("document.querySelector({selector:?})") }));

@@ -1,4 +1,4 @@
-//! Plugins in C for tests of refusals and claims, whose parts can be replaced.
+//! Plugins in C with replaceable parts, for tests of rejected plugins and of conflicting ids.
 
 use std::{fs, process::Command};
 
@@ -7,7 +7,7 @@ use crate::kit::*;
 /// A plugin in C with one command, `<name>.one`; each part can be replaced.
 #[derive(Clone)]
 pub struct Source {
-    /// File-scope text before the tables.
+    /// C code at file scope, before the tables.
     pub before: String,
     /// Id of the plugin, as a C literal.
     pub id: String,
@@ -15,7 +15,7 @@ pub struct Source {
     pub size: String,
     pub needs: String,
     pub init: String,
-    /// Body of `extension`; `id` is the requested extension.
+    /// Body of the C function `extension`, whose argument `id` is the requested extension.
     pub extension: String,
     pub tail: String,
 }
@@ -72,7 +72,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {{.size = {size}, .abi_major = {ma
     }
 }
 
-/// Returns a sensor that measures nothing, and the tables of a plugin that offers it.
+/// Returns the C code of a sensor that measures nothing, and of the tables of a plugin that offers it.
 fn sensor(id: &str, table: &str) -> String {
     format!(
         "static tatu_status create(void *s, const tatu_instance *i, void **d, tatu_error *e) {{ (void)s; (void)i; (void)d; (void)e; return TATU_OK; }}
@@ -87,7 +87,7 @@ static const tatu_ext_sensor ext_sensor = {{.size = sizeof(tatu_ext_sensor), .ki
     )
 }
 
-/// Returns a plugin with a sensor.
+/// Returns a plugin with the sensor kind `id`.
 pub fn eye(name: &str, id: &str, table: &str) -> Source {
     let before = format!("#ifndef MEASURE\n#define MEASURE\n#endif\n{}", sensor(id, table));
     Source::new(name).with(|s| {
@@ -154,7 +154,7 @@ static const tatu_service *const services[] = {&butler, NULL};
 static const tatu_ext_service ext_service = {.size = sizeof(tatu_ext_service), .services = services};
 ";
 
-/// Returns a plugin that declares one item of each kind; `mark` identifies the plugin.
+/// Returns a plugin that declares one item of each type; its texts contain `mark`, to identify the plugin.
 pub fn all(name: &str, mark: &str) -> Source {
     eye(name, "eye", "").with(|s| {
         s.before += &OTHERS.replace("BUILT", &format!("built_by_{mark}")).replace("LANGUAGE", mark);

@@ -1,8 +1,8 @@
-//! Helpers of all tests.
+//! Helpers for all tests.
 //!
 //! - `base`: runs the program, creates scenes in temporary folders, compiles plugins;
-//! - `made`: a plugin in C whose parts can be replaced; `said`: snapshots of standard error;
-//! - `served`: a program that serves, and Python clients; `browser`: a real browser.
+//! - `made`: plugins in C with replaceable parts; `said`: snapshots of standard error;
+//! - `served`: a running `tatu serve`, and Python clients; `browser`: a real browser.
 
 mod base;
 pub mod browser;

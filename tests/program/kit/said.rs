@@ -1,17 +1,18 @@
-//! Standard error of the program, in one snapshot per test: an improved text only needs `cargo insta accept` (or
-//! `INSTA_UPDATE=always cargo test --test program`), not a change of a test.
+//! Snapshots of standard error, one per test. When a message changes, `cargo insta accept` (or
+//! `INSTA_UPDATE=always cargo test --test program`) updates them; the tests do not have to be edited.
 
 use std::{env::consts, fmt::Write};
 
 use crate::kit::*;
 
-/// The texts of one test; compared with `tests/program/snapshots/<folder>__<module>__<test>.snap` when it is dropped.
+/// The output collected by one test. When dropped, it is compared with
+/// `tests/program/snapshots/<folder>__<module>__<test>.snap`.
 pub struct Said {
     test: String,
     texts: String,
 }
 
-/// Creates the texts of the surrounding test function.
+/// Creates the `Said` of the enclosing test function.
 macro_rules! said {
     () => {{
         fn here() {}
@@ -22,12 +23,12 @@ pub(crate) use said;
 
 impl Said {
     pub fn of(here: &str) -> Said {
-        // `program::errors::name_of_the_test::here`
+        // The path is, for example, `program::scene::scene_errors::name_of_the_test::here`.
         let test = here.trim_end_matches("::here").trim_start_matches("program::").replace("::", "__");
         Said { test, texts: String::new() }
     }
 
-    /// Adds the output of a run in `place`, under a line with the arguments; the name of the folder is left out.
+    /// Adds the output of a run in `place`, under a line with the arguments. The path of the folder is removed from it.
     pub fn add(&mut self, tried: &str, place: &Place, text: &str) {
         assert!(!text.contains("panicked"), "a panic:\n{text}");
         let mut text = text.replace(consts::DLL_SUFFIX, ".so");
@@ -37,18 +38,18 @@ impl Said {
         let _ = writeln!(self.texts, "======== {tried}\n{}\n", text.trim_end());
     }
 
-    /// Adds a run that must not start.
+    /// Runs the program, which must refuse to start, and adds its output.
     #[track_caller]
     pub fn not_started(&mut self, place: &Place, args: &[&str]) {
         let done = place.tatu(args);
         assert_eq!(done.code, 2, "{args:?}\n{}\n{}", done.err, done.out);
-        // Only `check` prints in a separate line that a scene cannot run.
+        // `check` prints one line on standard output, the verdict that the scene cannot run.
         let verdict = args[0] == "check" && done.out.contains(": cannot run: ") && done.out.lines().count() == 1;
         assert!(done.out.is_empty() || verdict, "something started: {}", done.out);
         self.add(&args.join(" "), place, &done.err);
     }
 
-    /// Adds a scene that must be refused, by both `run` and `check`, with the line that contains `wrong`.
+    /// Adds the errors of a scene that both `run` and `check` must refuse at the line that contains `wrong`.
     #[track_caller]
     pub fn refused(&mut self, scene: &str, wrong: &str) {
         self.refused_in(&Place::new(), scene, wrong);

@@ -12,7 +12,7 @@ use std::{
 
 use crate::kit::*;
 
-/// A program that serves a scene by one service, and ends with the test.
+/// A program that serves a scene through one service; it is killed when this value is dropped.
 pub struct Served {
     process: Child,
     /// The port on which the service listens.
@@ -20,11 +20,11 @@ pub struct Served {
 }
 
 impl Served {
-    /// Serves a scene; the service chooses its port.
+    /// Serves a scene on a port chosen by the service.
     pub fn new(service: &str, scene: &str) -> Served {
         Self::with(service, scene, &[])
     }
-    /// Serves a scene, with more arguments.
+    /// Serves a scene, with additional command-line arguments.
     pub fn with(service: &str, scene: &str, more: &[&str]) -> Served {
         let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(root())
@@ -38,16 +38,16 @@ impl Served {
         let mut err = BufReader::new(process.stderr.take().unwrap());
         let port = loop {
             let mut line = String::new();
-            assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+            assert!(err.read_line(&mut line).unwrap() > 0, "the program exited before it listened");
             if let Some(port) = line.trim().strip_prefix(&format!("{service}: listening on 127.0.0.1:")) {
                 break port.parse().unwrap();
             }
         };
-        // Its further output is read, so that it never blocks.
+        // Reads the rest of standard error, because the program would block if the pipe were full.
         std::thread::spawn(move || std::io::copy(&mut err, &mut std::io::sink()));
         Served { process, port }
     }
-    /// Interrupts it as Ctrl-C does; returns whether it ends within 20 s.
+    /// Sends the program the signal of Ctrl-C, and returns whether it exits within 20 s.
     pub fn interrupt(&mut self) -> bool {
         succeed(Command::new("kill").args(["-INT", &self.process.id().to_string()]));
         let begin = Instant::now();
@@ -59,11 +59,11 @@ impl Served {
         }
         false
     }
-    /// Returns whether it still runs.
+    /// Returns whether the program is still running.
     pub fn is_there(&mut self) -> bool {
         self.process.try_wait().unwrap().is_none()
     }
-    /// Opens a TCP connection.
+    /// Opens a TCP connection to the service.
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
@@ -78,10 +78,10 @@ impl Drop for Served {
     }
 }
 
-/// Advice if a package cannot be installed.
+/// Hint that is printed if a package cannot be installed.
 pub const OFFLINE: &str = "; set TATU_OFFLINE=1 to have the tests that need it ignored";
 
-/// Returns Python with a package of PyPI, in a separate environment.
+/// Returns the Python interpreter of a virtual environment that contains a package from PyPI.
 pub fn python(package: &str, module: &str) -> PathBuf {
     static KNOWN: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
     let mut known = KNOWN.lock().unwrap();
@@ -104,7 +104,7 @@ pub fn python(package: &str, module: &str) -> PathBuf {
     found.clone()
 }
 
-/// Returns the output of a client, which must have succeeded.
+/// Checks that a client has succeeded, and returns its standard output.
 pub fn good(done: &Output) -> String {
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     String::from_utf8_lossy(&done.stdout).into_owned()

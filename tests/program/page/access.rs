@@ -32,7 +32,7 @@ fn only_who_has_the_token_and_comes_from_here_is_let_in() {
     let mut request = format!("ws://{host}{good}").into_client_request().unwrap();
     request.headers_mut().insert("Origin", format!("http://{host}").parse().unwrap());
     assert_eq!(tungstenite::connect(request).unwrap().1.status(), 101);
-    // Invalid bytes, an incomplete head, and a message that is too large only affect their sender.
+    // Invalid bytes, an incomplete request head, and a message that is too large affect only their sender.
     for bytes in [&b"\x00\xFF\x01\x02\r\n\r\n"[..], b"GET / HTT"] {
         let mut stream = TcpStream::connect(host).unwrap();
         stream.write_all(bytes).unwrap();
@@ -58,8 +58,8 @@ fn who_may_look_cannot_act() {
     assert!(next(&mut eye, "details")["rows"].as_array().unwrap().len() > 10);
 }
 
-/// Viewers that flood the server with requests do not delay clients with control rights, and get no more than their
-/// share.
+/// Viewers that flood the server with requests do not delay clients with control rights, and their requests are
+/// rate-limited.
 #[test]
 fn viewers_who_flood_wait_for_those_who_act() {
     let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);
@@ -84,19 +84,19 @@ fn viewers_who_flood_wait_for_those_who_act() {
         if let MaybeTlsStream::Plain(stream) = viewer.get_mut() {
             stream.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
         }
-        // Count what arrives within four seconds.
+        // Counts the answers within four seconds.
         let (mut lists, end) = (0, std::time::Instant::now() + Duration::from_secs(4));
         while std::time::Instant::now() < end {
             let Ok(message) = viewer.read() else { continue };
             let text = message.to_text().unwrap_or_default();
             lists += usize::from(text.starts_with("{\"type\":\"commands\"") || text.starts_with("{\"type\":\"files\""));
         }
-        // All 600 would take five minutes.
+        // At the limited rate, all 600 answers would take five minutes.
         assert!((1..200).contains(&lists), "{lists}");
     }
 }
 
-/// Files below `scenes` that are not regular neither block the page nor appear in its gallery.
+/// Pipes and other special files below `scenes` do not block the page, and are not listed in its gallery.
 #[cfg(unix)]
 #[test]
 fn the_gallery_has_plain_files_only() {

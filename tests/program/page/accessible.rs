@@ -1,11 +1,11 @@
-//! Tests of accessibility: what screen readers are told, and the rules of WCAG as far as a program can check them.
+//! Tests of accessibility: the information for screen readers, and those rules of WCAG that a program can check.
 
 use serde_json::{Value, json};
 
 use super::{drive::Shown, program::ROBOT};
 use crate::kit::*;
 
-/// A block on a floor.
+/// A scene with a block on a floor.
 const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n\
     [[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 0.1]\n";
 
@@ -21,7 +21,7 @@ fn check(shown: &mut Shown, what: &str) {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn no_panel_breaks_a_rule_of_wcag() {
-    let axe = std::fs::read_to_string(env!("TATU_AXE")).expect("axe-core, which npm has installed for the build");
+    let axe = std::fs::read_to_string(env!("TATU_AXE")).expect("axe-core, installed by npm for the build");
     for scheme in ["light", "dark"] {
         let mut shown = Shown::of(Place::new(), &["open", root().join(ROBOT).to_str().unwrap(), "--no-browser"]);
         let features = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
@@ -57,7 +57,7 @@ fn no_panel_breaks_a_rule_of_wcag() {
     }
 }
 
-/// Chromium exposes the tree, its items and the active item to screen readers.
+/// The object tree, its items and the active item are exposed to screen readers.
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_screen_reader_hears_the_tree() {
@@ -70,14 +70,14 @@ fn a_screen_reader_hears_the_tree() {
     let nodes = tree["nodes"].as_array().unwrap();
     let named = |node: &Value, role: &str, name: &str| node["role"]["value"] == role && node["name"]["value"] == name;
     assert!(nodes.iter().any(|n| named(n, "tree", "Scene")));
-    let item = nodes.iter().find(|n| named(n, "treeitem", "block")).expect("the block is an item");
+    let item = nodes.iter().find(|n| named(n, "treeitem", "block")).expect("the block is a tree item");
     assert!(
         item["properties"].as_array().unwrap().iter().any(|p| p["name"] == "selected" && p["value"]["value"] == true)
     );
     let buttons = nodes.iter().filter(|n| n["role"]["value"] == "button" && n["ignored"] == false);
     for button in buttons {
         let name = button["name"]["value"].as_str().unwrap_or("");
-        assert!(name.chars().any(char::is_alphabetic), "a button without a name in words: {button}");
+        assert!(name.chars().any(char::is_alphabetic), "a button has no name with letters: {button}");
     }
     let active =
         "document.getElementById(document.getElementById('tree').getAttribute('aria-activedescendant')).textContent";

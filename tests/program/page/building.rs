@@ -11,7 +11,7 @@ fn block(alias: &str, x: f64) -> String {
     )
 }
 
-/// Two blocks on a floor.
+/// Shows a scene with two blocks on a floor.
 fn blocks() -> Shown {
     let mut shown = Shown::new(&format!("{FLOOR}{}{}", block("left", -0.5), block("right", 0.5)));
     shown.until("of('left') && of('right') && view.drawn > 1");
@@ -42,7 +42,7 @@ fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
     shown.until("of('box') !== undefined && store.selected() === of('box').id");
     shown.until("get('box', 'object.position').then((p) => Math.abs(p[2] - 0.1) < 1e-3)");
     shown.until("get('box', 'shape.dynamic')");
-    // A second entry is clicked, and placed by a click on the box; a third one is cancelled.
+    // A second entry is clicked and placed by a click on the box. A third one is cancelled.
     shown.page.click_on("#items [data-item=sphere]");
     shown.page.key("Escape", 27);
     shown.page.click_at(view, 1);
@@ -51,7 +51,7 @@ fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
     shown.page.click_at(top, 1);
     shown.until("of('cylinder') !== undefined && of('sphere') === undefined");
     shown.until("get('cylinder', 'object.position').then((p) => Math.abs(p[2] - 0.35) < 2e-3)");
-    // Placed by keys, at the middle of the view.
+    // An entry chosen by keys is placed at the centre of the view.
     shown.page.js("(() => { const s = document.getElementById('find-item'); s.value = 'pioneer_p3dx'; s.oninput(); document.querySelector('#items [data-item=pioneer_p3dx]').focus(); })()");
     shown.page.press_enter();
     shown.until("of('Pioneer_p3dx') !== undefined && store.selected() === of('Pioneer_p3dx').id");
@@ -69,7 +69,7 @@ fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
     shown.page.until("document.getElementById('output').textContent.includes('Saved scenes/built.toml')");
     let text = std::fs::read_to_string(shown.folder().join("scenes/built.toml")).unwrap();
     assert!(text.contains("alias = \"box\"") && text.contains("model = \"pioneer_p3dx\""), "{text}");
-    assert!(!text.contains("service"), "the page is no part of the scene: {text}");
+    assert!(!text.contains("service"), "the page must not be saved as part of the scene: {text}");
     shown.end();
 }
 
@@ -119,21 +119,21 @@ fn objects_are_copied_renamed_and_attached() {
     let at = shown.pixel("left", [0.0, 0.0, 0.2]);
     shown.page.click_at(at, 1);
     shown.until("store.selected() === of('left').id");
-    // Pasted at the position of the pointer on the ground.
+    // Copies are pasted where the pointer is on the ground.
     shown.ctrl("c", 67);
     let there = shown.pixel("floor", [-0.2, -0.8, 0.0]);
     shown.page.mouse("mouseMoved", there, 0, false);
     shown.ctrl("v", 86);
     shown.until("store.selected() !== of('left').id && store.scene.objects.get(store.selected())?.alias === 'left'");
     shown.until("(async () => { const [p] = await net.call('tatu.get', store.selected(), 'object.position'); return Math.abs(p[0] + 0.2) < 0.02 && Math.abs(p[1] + 0.8) < 0.02 && Math.abs(p[2] - 0.2) < 1e-6; })()");
-    // Renamed in the tree.
+    // The object is renamed in the tree.
     shown.page.key("F2", 113);
     shown.page.until("document.querySelector('#tree input') !== null");
     shown.page.enter("mug");
     shown.page.key("Enter", 13);
     shown.until("of('mug') !== undefined");
     shown.page.until("document.getElementById('undo').title === 'Undo Rename left to mug (Ctrl+Z)'");
-    // Attached by a drag in the tree without moving, and attached to the world again.
+    // Dragging an object in the tree attaches it to another one without moving it. It is then detached again.
     let (mug, right) = (shown.row("mug"), shown.row("right"));
     let (from, to) = (shown.page.middle(&mug), shown.page.middle(&right));
     shown.page.drag(from, to, false);
@@ -148,7 +148,7 @@ fn objects_are_copied_renamed_and_attached() {
     shown.page.drag(from, empty, false);
     shown.page.mouse("mouseReleased", empty, 1, false);
     shown.until("of('mug').parent === 0");
-    // A selection box around all three objects, which are then aligned.
+    // A selection box selects all three objects, which are then aligned.
     let corners = shown.page.js("(() => { const b = document.getElementById('view').getBoundingClientRect(); \
          return [b.left + 5, b.top + 60, b.right - 5, b.bottom - 5]; })()");
     let [x, y, right, bottom] = [0, 1, 2, 3].map(|i| corners[i].as_f64().unwrap());

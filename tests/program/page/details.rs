@@ -43,7 +43,7 @@ impl Shown {
              document.querySelectorAll('#rows .row').length > 5"
         ));
     }
-    /// Replaces the text of a field.
+    /// Replaces the text of a field by typing.
     fn replace(&mut self, selector: &str, text: &str) {
         self.page.click_on(selector);
         self.page.key_event("keyDown", "a", 65, 2);
@@ -52,7 +52,7 @@ impl Shown {
     }
 }
 
-/// Returns the field of a property, as a selector.
+/// Returns the CSS selector of the field of a property.
 fn field(key: &str) -> String {
     format!("#rows [data-key='{key}'] input")
 }
@@ -65,7 +65,7 @@ fn sliders_move_the_joints_of_a_model() {
     shown.details_of("arm");
     shown.page.until("document.querySelectorAll('.joints .joint').length === 2");
     let from = shown.page.middle(".joint input[type=range]");
-    // The middle of the slider is the middle of the limits; the drag continues towards 90 degrees.
+    // The middle of the slider is the middle of the limits. It is dragged towards 90 degrees.
     let to = [from[0] + 60.0, from[1]];
     shown.page.drag(from, to, false);
     shown.page.mouse("mouseReleased", to, 1, false);
@@ -117,7 +117,7 @@ fn angles_are_typed_in_degrees_and_names_are_words() {
     assert_eq!(shown.page.text("#rows [data-key='joint.max_force'] .name"), "Maximum force");
     shown.page.click_on(".raw input");
     assert_eq!(shown.page.text("#rows [data-key='joint.max_force'] .name"), "joint.max_force");
-    // Help is opened by its button, which also works by keyboard.
+    // The button for help also works by keyboard.
     shown.page.js("document.querySelector(\"#rows [data-key='joint.max_force'] .ask\").focus()");
     shown.page.key(" ", 32);
     shown.page.until("!document.querySelector(\"#rows [data-key='joint.max_force'] .help\").hidden");
@@ -136,7 +136,7 @@ fn a_refused_value_says_why_and_keeps_the_focus() {
     shown.page.key("Enter", 13);
     let why = "#rows [data-key='shape.mass'] .why";
     shown.page.until(&format!("document.querySelector({why:?}).textContent.includes('mass must be greater than 0')"));
-    // Later values update other fields, but not the one that is being edited.
+    // New values update the other fields, but not the field that is being edited.
     shown.ask("net.call('tatu.set', of('upper').id, 'shape.friction', 0.5)");
     shown.page.until(&format!("document.querySelector({:?}).value === '0.5'", field("shape.friction")));
     assert_eq!(shown.page.js("document.activeElement === globalThis.mass && globalThis.mass.value"), "-3");
@@ -163,7 +163,7 @@ fn every_value_is_shown_as_people_read_it() {
         );
         assert_eq!(wrong, "", "object {id}");
     }
-    // The parent is shown as a link that selects it; the link does not move any more once the slider above it is shown.
+    // The parent is shown as a link that selects it. Once the slider above the link is shown, its position is final.
     shown.details_of("Pioneer_p3dx_leftMotor");
     shown.page.until("document.querySelectorAll('.joints:not([hidden]) .joint').length === 1");
     shown

@@ -1,4 +1,4 @@
-//! Helpers of tests in a browser: a scene shown by a page, and functions that query both.
+//! Helpers for tests in a browser: a page that shows a scene, and functions that query both.
 
 use serde_json::Value;
 
@@ -16,7 +16,7 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Shows a scene, whose text begins within the table `[scene]`.
+    /// Shows a scene whose text starts within the table `[scene]`.
     pub fn new(scene: &str) -> Shown {
         Shown::of(Place::scene(scene), &["open", "scene.toml", "--no-browser"])
     }
@@ -27,17 +27,18 @@ impl Shown {
         page.until("document.readyState === 'complete' && (document.getElementById('name')?.textContent ?? '') !== ''");
         Shown { page, served, place }
     }
-    /// Returns the value of an expression in which `net`, `store`, `objects`, `view` and `three` are modules, and
-    /// `of(alias)` is an object of the scene.
+    /// Returns the value of a JavaScript expression, which can use the modules `net`, `store`, `objects`, `view` and
+    /// `three`, and `of(alias)`, which returns an object of the scene.
     pub fn ask(&mut self, expression: &str) -> Value {
         self.page.js(&asking(expression))
     }
-    /// Waits until such an expression is true. The camera is at x = 3 until it has been moved to the scene.
+    /// Waits until an expression, as in [`Shown::ask`], is true. The camera is at x = 3 before it is moved to the
+    /// scene.
     pub fn until(&mut self, expression: &str) {
         self.page.until(&asking(expression));
     }
-    /// Returns the position on the page of a point in the frame of an object.
-    // The camera moves to a new scene in the frame after it.
+    /// Returns the position on the page, in pixels, of a point in the frame of an object.
+    // The camera moves to a new scene in the frame after the scene has changed.
     pub fn pixel(&mut self, alias: &str, point: [f64; 3]) -> [f64; 2] {
         let found = self.ask(&format!(
             "(async () => {{ const frame = () => new Promise(requestAnimationFrame); await frame(); await frame(); \
@@ -64,7 +65,7 @@ impl Shown {
             self.page.key_event(kind, key, code, 2);
         }
     }
-    /// Returns the row of an object in the tree, as a selector.
+    /// Returns the CSS selector of the row of an object in the tree.
     pub fn row(&mut self, alias: &str) -> String {
         format!("#tree [data-id='{}']", self.ask(&format!("of({alias:?}).id")))
     }

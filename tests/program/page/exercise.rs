@@ -1,4 +1,4 @@
-//! Tests of exercises in a browser, from a teacher who writes one to a student who hands it in.
+//! Tests of exercises in a browser, from the teacher who writes an exercise to the student who hands in a solution.
 
 use std::process::Command;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::drive::Shown;
 use crate::kit::*;
 
-/// A robot, which is a box on rails with a script for the student, and a flag.
+/// A scene with a robot, which is a box on rails with a script for the student, and a flag.
 const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"Robot\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 0.1]\n\
     script = { text = \"function sysCall_actuation()\\nend\" }\n\
     [[object]]\nkind = \"dummy\"\nalias = \"Flag\"\nposition_m = [1.0, 0.0, 0.1]\n";
@@ -16,14 +16,14 @@ const GOALS: &str = "Reach the flag: /Robot within 0.3 m of /Flag before 5 s\\nn
 const SOLUTION: &str = "function sysCall_actuation()\\n local t = sim.getSimulationTime()\\n \
     sim.setObjectPosition(sim.getObject('..'), -1, {math.min(t, 1), 0, 0.1})\\nend\\n";
 
-/// Returns the contents of the last zip file that the page saved, as a map of names to texts.
+/// A JavaScript expression for the contents of the last zip file that the page saved, as a map of names to texts.
 const PACKED: &str = "import('tatu/zip').then(async (z) => { const out = {}; for (const f of await z.unzip(await \
     window.saved.at(-1).arrayBuffer())) out[f.name] = new TextDecoder().decode(f.bytes); return out; })";
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
-    // The teacher: the task, its goals, and Save, all in the page.
+    // The teacher enters the task and its goals in the page, and saves the scene.
     let mut shown = Shown::new(SCENE);
     shown.until("of('Robot') && view.camera.position.x !== 3");
     shown.page.click_on("#exercise");
@@ -35,7 +35,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.answer("Take into the scene");
     shown.page.until("document.querySelectorAll('.goals li').length === 3");
     assert_eq!(shown.page.text(".task p"), "Drive the robot to the flag.");
-    // The author can continue to edit the scene.
+    // The teacher can continue to edit the scene.
     shown.ask("import('tatu/edits').then((e) => e.edit('Move', [['tatu.set', of('Flag').id, 'object.position', [0.9, 0, 0.1]]]))");
     shown.page.click_on("#save");
     shown.page.until("document.getElementById('unsaved').hidden");
@@ -47,7 +47,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     }
     shown.end();
 
-    // The student: only scripts can be changed.
+    // The student can change only scripts.
     let mut shown = Shown::of(place, &["open", "scene.toml", "--no-browser"]);
     shown.page.js(super::panes::SAVES);
     shown.page.until("document.querySelectorAll('.goals li').length === 3");
@@ -64,7 +64,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
          net.send({{ type: 'script', script: s.id }}); }})"
     );
     shown.ask(&saved);
-    // Nothing to hand in before a run.
+    // Before a run there is nothing to hand in.
     let hand_in =
         "[...document.querySelectorAll('.pane .tools button')].find((b) => b.textContent === 'Hand in').click()";
     shown.page.js(hand_in);
@@ -73,7 +73,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.page.until("document.querySelectorAll('.goals .reached').length === 1");
     shown.page.until("document.getElementById('time').textContent > '00:00:02'");
     shown.page.click_on("#stop");
-    // At the stop, conditions that must never hold count as reached, and all other open goals as failed.
+    // When the run stops, goals with conditions that must never hold are reached, and all other open goals have failed.
     shown.page.until("document.querySelectorAll('.goals .reached').length === 2");
     shown.page.until("document.querySelectorAll('.goals .failed').length === 1");
     shown.page.until("document.getElementById('stop').classList.contains('on')");
@@ -103,7 +103,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.end();
 }
 
-/// The scene that comes with the program has the script that the page adds.
+/// The exercise that comes with the program contains the same script that the page adds to new exercises.
 #[test]
 fn the_exercise_to_try_has_the_script_of_the_page() {
     let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap();

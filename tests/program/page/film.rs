@@ -24,7 +24,7 @@ fn a_film_shows_any_time_of_a_run() {
         assert!(out.status.success(), "{text}");
         text.split("hash ").nth(1).unwrap()[..16].to_owned()
     };
-    // Recording changes nothing.
+    // Recording a film does not change the run.
     assert_eq!(run(&["--html", &film]), run(&["--trace", &trace, "--watch", "/Pioneer_p3dx"]));
     assert!(std::fs::metadata(&film).unwrap().len() < 5 << 20);
     let mut page = Page::open(&browser, &format!("file://{film}#3"));

@@ -9,10 +9,10 @@ use crate::kit::{
     *,
 };
 
-/// The end of the path of a scene that comes with the program.
+/// The path of a scene that comes with the program, relative to the repository.
 const OWN_OF_PROGRAM: &str = "scenes/first/pioneer_avoids_walls.toml";
 
-/// A folder with a scene of the user; the program stores its state in the subfolder `state`.
+/// Creates a folder with a scene of the user. The program stores its state in the subfolder `state`.
 fn place() -> Place {
     let place = Place::new();
     place.write("work/scenes/mine.toml", "# A ball.\n# Try: nothing.\nformat = 1\n");
@@ -56,7 +56,7 @@ fn scenes_of_the_program_open_from_any_folder() {
     let opened = say(json!({ "type": "open", "file": card["file"], "id": 2 }), "scene");
     assert_eq!(opened["file"], card["file"]);
     assert!(opened["objects"].as_array().unwrap().len() > 5);
-    // The scene is now a recent one, which is not shown to viewers.
+    // The scene is now listed as recent, but not for viewers.
     let list = say(json!({ "type": "files" }), "files");
     assert_eq!((&list["files"][0]["in"], &list["files"][0]["file"]), (&json!("recent"), &card["file"]));
     let mut eye = tungstenite::connect(look.replace("http", "ws").replace("/?", "/ws?")).unwrap().0;
@@ -64,7 +64,7 @@ fn scenes_of_the_program_open_from_any_folder() {
     assert!(next(&mut eye, "files")["files"].as_array().unwrap().iter().all(|f| f["in"] != "recent"));
     eye.send(Message::text(json!({ "type": "open", "file": card["file"], "id": 1 }).to_string())).unwrap();
     assert!(next(&mut eye, "error")["error"].as_str().unwrap().contains("may only view"));
-    // A recent scene opens from any folder.
+    // A recent scene can be opened from any folder.
     drop(served);
     place.write("apart/.keep", "");
     let served = Served::with_state(
@@ -99,13 +99,13 @@ fn a_scene_is_found_opened_and_pictured() {
     };
     page.js(&find("no such scene"));
     assert_eq!(page.js(&format!("{shown}.length")), 0);
-    assert_eq!(page.text("#no-scene"), "No scene is like this.");
+    assert_eq!(page.text("#no-scene"), "No scene matches the search.");
     page.js(&find("AVOIDS walls"));
     assert_eq!(page.js(&format!("{shown}.length")), 1);
     assert!(page.js(&format!("{shown}[0].textContent")).as_str().unwrap().contains("Try: press Play"));
     page.js(&format!("{shown}[0].click()"));
     page.until("document.getElementById('name').textContent === 'pioneer_avoids_walls.toml'");
-    // Without its picture by the page, the card has that beside the scene.
+    // If the page has not saved a picture of the scene, the card shows the picture next to the scene file.
     page.until("import('tatu/view').then((v) => v.drawn > 3)");
     page.click("#gallery");
     page.until(&format!("{headings}[0] === 'Recent'"));

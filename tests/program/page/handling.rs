@@ -6,7 +6,7 @@ const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive 
 const BLOCK: &str = "[[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.4, 0.4, 0.4]\n\
                      position_m = [0.0, 0.0, 0.2]\n";
 
-/// Length of an arrow of the gizmo, in the frame of an object, m.
+/// A JavaScript expression for the length of an arrow of the gizmo in the frame of an object, m.
 const ARROW: &str = "(() => { const c = view.camera; \
      const far = objects.groups.get(of('block').id).getWorldPosition(new three.Vector3()).distanceTo(c.position); \
      return far * Math.min(1.9 * Math.tan(Math.PI * c.fov / 360), 7) / 4; })()";
@@ -26,7 +26,7 @@ fn a_drag_moves_the_selected_object_to_its_very_end() {
     assert_eq!(shown.ask("document.getElementById('move').getAttribute('aria-pressed')"), "true");
     let arrow = 0.4 * shown.ask(ARROW).as_f64().unwrap();
     let (from, to) = (shown.pixel("block", [arrow, 0.0, 0.0]), shown.pixel("block", [arrow + 0.6, 0.0, 0.0]));
-    // The arrow is highlighted under the pointer before it can be dragged.
+    // The arrow can be dragged only after it has been highlighted under the pointer.
     let drawn = shown.ask("view.drawn");
     shown.page.mouse("mouseMoved", from, 0, false);
     shown.until(&format!("view.drawn > {drawn}"));
@@ -36,7 +36,7 @@ fn a_drag_moves_the_selected_object_to_its_very_end() {
     shown
         .until("get('block', 'object.position').then(([x, y, z]) => Math.abs(x - 0.6) < 0.02 && y === 0 && z === 0.2)");
     shown.until("!document.getElementById('unsaved').hidden");
-    // The object is where it was put.
+    // The object remains at its new position.
     shown.until("Math.abs(objects.groups.get(of('block').id).position.x - 0.6) < 0.02");
     shown.end();
 }

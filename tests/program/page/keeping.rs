@@ -21,7 +21,7 @@ fn cup() -> Shown {
     shown
 }
 
-/// Renames the cup in the tree.
+/// Renames an object in the tree.
 fn rename(shown: &mut Shown, from: &str, to: &str) {
     let row = shown.row(from);
     shown.page.click_on(&row);
@@ -42,7 +42,7 @@ fn a_save_changes_one_line_and_says_where() {
     shown.page.until("document.getElementById('output').textContent.includes('Saved scenes/cup.toml')");
     shown.page.until("document.getElementById('unsaved').hidden");
     assert_eq!(std::fs::read_to_string(&file).unwrap(), SCENE.replace("\"cup\"  ", "\"mug\"  "));
-    // A file that was changed elsewhere is not overwritten without asking.
+    // The page asks before it overwrites a file that another program has changed.
     rename(&mut shown, "mug", "jar");
     std::fs::write(&file, SCENE).unwrap();
     shown.ctrl("s", 83);
@@ -110,7 +110,7 @@ fn what_a_killed_program_left_is_offered() {
     assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
 }
 
-/// Replaces a word in the editor.
+/// Replaces a text in the editor.
 fn write(page: &mut Page, from: &str, to: &str) {
     page.until(&format!("(document.querySelector('.cm-content')?.textContent ?? '').includes({from:?})"));
     page.js(&format!(
@@ -149,7 +149,7 @@ fn two_pages_on_one_script_lose_nothing() {
     assert!(text(&mut mine).to_string().contains("cruise = 2"), "nothing was overwritten");
     mine.answer("Keep mine");
     mine.until("net.call('tatu.getScript', of('cup').scripts[0].id).then(([t]) => (t.bytes ? atob(t.bytes) : t).includes('cruise = 1'))");
-    // The other page, which has nothing unsaved, shows the new text.
+    // The other page, which has no unsaved changes, shows the new text.
     theirs.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('cruise = 1')");
     // The editor asks about unsaved text before it closes.
     write(&mut mine.page, "cruise = 1", "cruise = 4");
@@ -163,7 +163,7 @@ fn two_pages_on_one_script_lose_nothing() {
     mine.end();
 }
 
-/// A folder with a scene and its script.
+/// Creates a folder with a scene and its script.
 fn room(place: &Place) -> PathBuf {
     place
         .write(

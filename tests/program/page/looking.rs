@@ -1,4 +1,4 @@
-//! Tests of what the page shows of a scene, in a browser.
+//! Tests of how the page displays a scene, in a browser.
 
 use serde_json::json;
 
@@ -8,7 +8,8 @@ use super::{
 };
 use crate::kit::*;
 
-/// Returns whether something of a class of three.js, `what`, is drawn for a sensor's reading.
+/// Returns a JavaScript expression that is true if an object of the three.js class `what` is drawn for a sensor's
+/// reading.
 fn draws(sensor: &str, what: &str) -> String {
     format!(
         "(() => {{ let found = false; objects.groups.get(of({sensor:?}).id).traverse((x) => {{ \
@@ -33,7 +34,7 @@ fn readings_are_drawn_in_layers_until_a_stop() {
     ));
     shown.until("of('fan') && view.camera.position.x !== 3");
     assert_eq!(shown.ask(&draws("fan", "Mesh")), false);
-    // The volume of a sensor is drawn as long as the sensor is selected.
+    // The volume of a sensor is drawn while the sensor is selected.
     assert_eq!(shown.ask(&draws("eye", "Mesh")), false);
     shown.ask("store.select(of('eye').id)");
     shown.until(&draws("eye", "Mesh"));
@@ -100,7 +101,7 @@ fn the_tree_selects_closes_finds_and_follows_changes() {
     shown.page.click_on("#search");
     shown.page.enter("loc");
     shown.until(&format!("{text} === 'base,block'"));
-    // Another client gives the block a name and a parent.
+    // Another client changes the name and the parent of the block.
     let mut socket = shown.served.socket();
     next(&mut socket, "scene");
     let (block, tip) = (shown.ask("of('block').id"), shown.ask("of('tip').id"));
@@ -153,7 +154,7 @@ fn images_are_drawn_on_surfaces() {
     encoder.write_header().unwrap().write_image_data(&[255, 0, 0]).unwrap();
     std::fs::write(place.path().join("square.png"), image).unwrap();
     let mut shown = Shown::of(place, &["open", "scene.toml", "--no-browser"]);
-    // In the middle of the picture the wall is red.
+    // The wall is red in the middle of the view.
     shown.until(
         "(() => { const map = objects.groups.get(of('wall').id)?.userData.bodies[0].material.map; \
          return map && map.image.data.slice(0, 3).join() === '255,0,0'; })()",

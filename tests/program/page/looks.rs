@@ -8,7 +8,7 @@ use crate::{
     kit::*,
 };
 
-/// Scenes of the sheet in the guide.
+/// The scenes that are shown in the guide.
 const SCENES: [&str; 10] = [
     "scenes/first/pioneer_avoids_walls.toml",
     "scenes/course/kinect_capture.toml",
@@ -22,7 +22,7 @@ const SCENES: [&str; 10] = [
     "scenes/showcase/quadruped_over_bumps.toml",
 ];
 
-/// Returns CIE L*a*b* of a pixel, for sRGB and its white.
+/// Converts an sRGB pixel to CIE L*a*b* with the white point of sRGB.
 fn lab(pixel: [u8; 3]) -> [f64; 3] {
     let [r, g, b] = pixel.map(|x| f64::from(x) / 255.0).map(|x| match x <= 0.04045 {
         true => x / 12.92,
@@ -37,7 +37,7 @@ fn lab(pixel: [u8; 3]) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Returns the pictures of a scene in the page and by `tatu look`.
+/// Returns two pictures of a scene, one by the page and one by `tatu look`.
 fn both(scene: &str, size: [u32; 2]) -> [Rgb; 2] {
     let served = Served::new(root(), &["open", scene, "--no-browser"]);
     let mut page = Page::open(&browser(), &served.url);

@@ -1,4 +1,4 @@
-//! Tests of the protocol, from outside.
+//! Tests of the page's protocol by a client without a browser.
 
 use std::time::Duration;
 
@@ -35,7 +35,7 @@ fn short_readings_of_any_sensor_are_listed_with_its_properties() {
     });
     let field = listed(&compass, "magnetic_field.field").unwrap();
     assert!((field[1].as_f64().unwrap() - 0.5).abs() < 1e-9, "{field}");
-    assert_eq!(listed(&spots, "reflectance.value"), None, "17 numbers are too many");
+    assert_eq!(listed(&spots, "reflectance.value"), None, "a field with 17 values must not be listed");
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn wrong_requests_are_refused_with_the_field_and_what_was_expected() {
     }
 }
 
-/// Changes by commands reach all clients, as the objects that have changed; new clients get the scene as it is now.
+/// Objects that commands have changed are sent to all clients. New clients get the current scene.
 #[test]
 fn objects_that_change_are_sent_alone() {
     let place = Place::scene(

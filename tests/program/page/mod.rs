@@ -1,6 +1,6 @@
-//! Tests of the page and its server: from outside, and in a real browser if there is one.
+//! Tests of the page and its server, by clients without a browser and in a real browser if there is one.
 //!
-//! - `program`: the program with its page; `drive`: what tests in a browser share;
+//! - `program`: the program with its page; `drive`: helpers for tests in a browser;
 //! - `access`, `messages`, `repeat`: clients without a browser;
 //! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `keeping`, `moving`, `details`,
 //!   `overlays`, `looks`, `panes`, `exercise`, `accessible`: in a browser; `pictures`: for the guide;

@@ -10,7 +10,7 @@ const CHILD: &str = "[[object]]\nkind = \"dummy\"\nalias = \"base\"\nposition_m 
                      orientation_deg = [0.0, 0.0, 90.0]\n[[object]]\nkind = \"shape\"\nalias = \"block\"\n\
                      parent = \"base\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.5, 0.1]\n";
 
-/// Half the length of an arrow of the gizmo, in the frame of an object.
+/// A JavaScript expression for half the length of an arrow of the gizmo in the frame of an object, m.
 const ARROW: &str = "(() => { const c = view.camera; \
      const far = objects.groups.get(of('block').id).getWorldPosition(new three.Vector3()).distanceTo(c.position); \
      return 0.1 * far * Math.min(1.9 * Math.tan(Math.PI * c.fov / 360), 7); })()";
@@ -32,7 +32,7 @@ impl Shown {
         self.page.enter(text);
         self.page.key("Enter", 13);
     }
-    /// Waits until a property of an object has these numbers.
+    /// Waits until a property of an object has approximately these values.
     fn until_near(&mut self, alias: &str, key: &str, wanted: &[f64]) {
         self.until(&format!(
             "get({alias:?}, {key:?}).then((v) => {wanted:?}.every((x, i) => Math.abs(v[i] - x) < 1e-9))"
@@ -49,7 +49,7 @@ impl Shown {
 fn typed_numbers_are_positions_and_degrees_in_the_chosen_frame() {
     let mut shown = Shown::selecting(&format!("{FLOOR}{CHILD}"), "block");
     shown.page.key("g", 71);
-    // In the world, the block is at 0.5 0 0.1: its parent's y axis points to -x.
+    // The y axis of the parent points along the world's -x axis, so the block is at (0.5, 0, 0.1) in the world.
     shown.page.until("document.querySelector('.typed input')?.value === '0.5'");
     shown.type_number(1, "0.75");
     shown.until_near("block", "object.position", &[0.0, 0.25, 0.1]);
@@ -79,7 +79,7 @@ fn keys_move_and_turn_by_steps_that_are_undone_one_by_one() {
     let mut shown = Shown::selecting(&format!("{FLOOR}{BLOCK}"), "block");
     shown.page.key("g", 71);
     shown.page.until("document.getElementById('move').getAttribute('aria-pressed') === 'true'");
-    // Initially, the camera looks along +y and slightly along -x: right is +x, and up on the screen is +y.
+    // Initially, the camera looks along +y and slightly along -x, so +x is to the right and +y is up on the screen.
     shown.page.key("ArrowRight", 39);
     shown.until_near("block", "object.position", &[0.05, 0.0, 0.2]);
     shown.page.key("ArrowUp", 38);
@@ -95,7 +95,7 @@ fn keys_move_and_turn_by_steps_that_are_undone_one_by_one() {
     shown.until_near("block", "object.position", &[0.05, 0.05, 0.005]);
     shown.undo();
     shown.until_near("block", "object.position", &[0.05, 0.05, 0.205]);
-    // Restricted to z, all keys move along it.
+    // When the movement is restricted to z, all arrow keys move the object along z.
     shown.page.key("z", 90);
     shown.page.key("ArrowUp", 38);
     shown.until_near("block", "object.position", &[0.05, 0.05, 0.255]);
@@ -142,7 +142,7 @@ fn a_push_moves_a_robot_and_does_not_tip_it() {
     let mut shown = Shown::selecting(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"), "Pioneer_p3dx");
     shown.page.click_on("#play");
     shown.page.until("document.getElementById('play').classList.contains('on')");
-    // The page measures the maximum tilt, in each frame.
+    // The page measures the tilt in each frame, and stores its maximum.
     shown.ask(
         "(() => { globalThis.tilt = 0; net.on('frame', async () => { const q = await get('Pioneer_p3dx', \
          'object.quaternion'); const up = 1 - 2 * (q[0] * q[0] + q[1] * q[1]); \
@@ -152,7 +152,7 @@ fn a_push_moves_a_robot_and_does_not_tip_it() {
     for way in [[100.0, 0.0], [0.0, -100.0]] {
         let to = [from[0] + way[0], from[1] + way[1]];
         shown.page.drag(from, to, true);
-        // An arrow with the force in N is shown while it is pulled.
+        // While the robot is pulled, an arrow with the force in N is shown.
         shown.page.until("/^[0-9.]+ N$/.test(document.querySelector('.push:not([hidden])')?.textContent ?? '')");
         std::thread::sleep(std::time::Duration::from_millis(300));
         shown.page.mouse("mouseReleased", to, 1, true);
@@ -160,7 +160,7 @@ fn a_push_moves_a_robot_and_does_not_tip_it() {
     }
     let tilt = shown.page.js("globalThis.tilt").as_f64().unwrap();
     assert!(tilt < 15.0, "tilted by {tilt} degrees");
-    // A longer push overcomes the brakes of its wheels.
+    // A longer push overcomes the brakes of the robot's wheels.
     let place = "get('Pioneer_p3dx', 'object.position').then(([x, y]) => Math.hypot(x - at[0], y - at[1]) > 0.05)";
     shown.ask("(async () => { globalThis.at = await get('Pioneer_p3dx', 'object.position'); })()");
     let from = shown.pixel("Pioneer_p3dx", [0.0, 0.0, 0.095]);

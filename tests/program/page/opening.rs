@@ -11,7 +11,7 @@ fn scenes_are_opened() {
         "# A ball on its own\nformat = 1\n[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\n";
     place.write("scenes/red_ball.toml", ball);
     let mut shown = Shown::of(place, &["open", "--no-browser"]);
-    // Without a scene the page offers those that are here.
+    // Without a scene the page lists the scenes in the working folder.
     shown.page.until("document.querySelector('#files button') !== null && document.getElementById('dialog').open");
     assert!(shown.page.text("#files").contains("red ballA ball on its own"));
     shown.page.js(

@@ -4,14 +4,14 @@ use serde_json::json;
 
 use super::drive::Shown;
 
-/// A resting block of 2 kg, and a ball that flies away.
+/// A scene with a resting block of 2 kg and a ball that flies away.
 const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n\
     [[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 0.1]\n\
     dynamic = true\nrespondable = true\nmass_kg = 2.0\n\
     [[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
     position_m = [1.0, 0.0, 2.0]\ndynamic = true\nmass_kg = 1.0\ninitial_velocity_m_s = [0.0, 0.0, 150.0]\n";
 
-/// Returns the overlay lines of a color, as end points of segments.
+/// Returns a JavaScript expression for the end points of the overlay's line segments in a colour.
 fn lines(color: &str) -> String {
     format!(
         "(() => {{ const out = []; view.stage.traverse((x) => {{ if (x.isLineSegments && \
@@ -35,7 +35,7 @@ fn overlays_show_forces_masses_and_velocities() {
     switch(&mut shown, 0);
     switch(&mut shown, 4);
     shown.page.click_on("#play");
-    // Up to four corners carry 2 kg: the reported forces add up to the weight.
+    // The forces at up to four corners add up to the weight of 2 kg.
     let sum = "await new Promise((done) => net.on('overlays', (m) => { const f = m.contacts.filter((c) => \
                c.pair.includes(of('block').id)).map((c) => Math.abs(c.force[2])); \
                const s = f.reduce((a, b) => a + b, 0); if (Math.abs(s - 19.62) < 0.2) done(s); }))";
@@ -47,7 +47,7 @@ fn overlays_show_forces_masses_and_velocities() {
     shown.end();
 }
 
-/// A hinge with limits, an invisible shape that collides, and a bar whose inertia is that of a box of its size.
+/// A scene with a hinge with limits, an invisible shape that collides, and a bar with the inertia of a homogeneous box.
 const MECHANISM: &str = "[[object]]\nkind = \"shape\"\nalias = \"bar\"\nsize_m = [0.4, 0.1, 0.2]\ndynamic = true\n\
     position_m = [0.0, 0.0, 1.0]\norientation_deg = [0.0, 0.0, 30.0]\nmass_kg = 3.0\nvisible = false\nrespondable = true\n\
     [[object]]\nkind = \"joint\"\nalias = \"hinge\"\ntype = \"revolute\"\nlimits_deg = [-30.0, 60.0]\n";
@@ -57,7 +57,7 @@ const MECHANISM: &str = "[[object]]\nkind = \"shape\"\nalias = \"bar\"\nsize_m =
 fn overlays_show_inertia_collision_shapes_and_limits() {
     let mut shown = Shown::new(MECHANISM);
     shown.until("of('bar') && view.camera.position.x !== 3");
-    // Positions in the menu: boxes of equal mass, colliding shapes, and axes.
+    // The indices of these overlays in the menu: boxes of equal inertia, colliding shapes, and axes.
     for index in [2, 3, 5] {
         switch(&mut shown, index);
     }
@@ -68,7 +68,8 @@ fn overlays_show_inertia_collision_shapes_and_limits() {
     let size: Vec<f64> = shown.ask(scale).as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
     assert!(size.iter().zip([0.1, 0.2, 0.4]).all(|(a, b)| (a - b).abs() < 1e-6), "{size:?}");
     assert!(shown.ask(&format!("{}.length", lines("0d8a6a"))).as_f64().unwrap() > 0.0);
-    // An arc of 90 degrees around the hinge: all of its points but those on the axis are as far from it.
+    // An arc of 90 degrees is drawn around the hinge: all of its points have the same distance from the axis, except
+    // those on the axis.
     let radii = format!(
         "(() => {{ const p = {}; const r = []; for (let i = 0; i < p.length; i += 3) r.push(Math.hypot(p[i], p[i + 1])); \
          return r.filter((x) => x > 1e-6); }})()",
@@ -117,7 +118,7 @@ fn the_camera_turns_with_whom_it_follows() {
         let far = |i: usize| (before[i].as_f64().unwrap() - after[i].as_f64().unwrap()).abs();
         assert!((0..3).all(|i| far(i) < 1e-2), "{before} {after}");
     }
-    // From above, in parallel projection, the scale does not depend on the position.
+    // In a parallel projection from above, the scale does not depend on the position.
     shown.page.click_on("#flat");
     shown.page.js("(() => { const v = document.getElementById('views'); v.value = '5'; v.onchange(); })()");
     let across = "(() => { view.camera.updateMatrixWorld(); const x = (z) => \

@@ -4,8 +4,8 @@ use serde_json::Value;
 
 use super::drive::Shown;
 
-/// A cart that slides along x at 0.5 m/s with an accelerometer, a camera that looks down, a camera that sends images, and a
-/// sonar.
+/// A scene with a cart that slides along x at 0.5 m/s, an inertial unit, a camera that looks down, a vision sensor, and
+/// a sonar.
 const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n\
     [[object]]\nkind = \"shape\"\nalias = \"cart\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 1.0]\n\
     color = [1.0, 0.0, 0.0]\nscript = { text = \"\"\"\nfunction sysCall_actuation()\n\
@@ -33,7 +33,7 @@ fn open(shown: &mut Shown, name: &str) {
     shown.page.js(&format!("{entry}.click()"));
 }
 
-/// Replaces downloads: the files are stored in `window.saved` instead.
+/// JavaScript that replaces downloads: the files are stored in `window.saved`.
 pub const SAVES: &str = "(() => { window.saved = []; const real = URL.createObjectURL; URL.createObjectURL = (b) => { \
     window.saved.push(b); return real(b); }; HTMLAnchorElement.prototype.click = () => {}; })()";
 
@@ -50,7 +50,8 @@ fn a_click_plots_a_property_in_each_step() {
     shown.page.click_on("#play");
     shown.page.until("document.getElementById('time').textContent > '00:00:02'");
     shown.page.click_on("#pause");
-    // The table has a row for each step, whatever the pace of the page: x is half of the time of the step before.
+    // The table has a row for each step, however fast the page draws. The x of a row is half the time of the previous
+    // step.
     shown.page.js("[...document.querySelectorAll('.pane .tools button')].find((b) => b.textContent === 'CSV').click()");
     shown.page.until("window.saved.length === 1");
     let table = shown.page.js("window.saved[0].text()");
@@ -65,7 +66,8 @@ fn a_click_plots_a_property_in_each_step() {
     for row in &rows[1..] {
         assert!((row[1] - 0.5 * (row[0] - 0.05)).abs() < 1e-9 && row[3] == 1.0, "{row:?}");
     }
-    // One curve against another, saved as a table of pairs; the picture is a PNG; a curve is removed.
+    // One curve is plotted against another and saved as a table of pairs, the picture is saved as PNG, and a curve is
+    // removed.
     shown.page.js(
         "(() => { const s = document.querySelector('.pane .tools select'); s.selectedIndex = 1; s.onchange(); })()",
     );
@@ -94,7 +96,7 @@ fn cameras_show_what_they_see_in_windows_that_come_back() {
         open(&mut shown, name);
     }
     shown.page.click_on("#play");
-    // The cart is red, and below both cameras at the start; after a second it has moved in the pictures.
+    // The red cart is below both cameras at the start. After a second, it has moved in both images.
     let reds = "[...document.querySelectorAll('canvas.seen')].map((c) => { const k = new OffscreenCanvas(c.width, c.height)\
                 .getContext('2d', { willReadFrequently: true }); k.drawImage(c, 0, 0); const d = k.getImageData(0, 0, c.width, \
                 c.height).data; let n = 0; for (let i = 0; i < d.length; i += 4) if (d[i] > 90 && d[i + 1] < 60 && \
@@ -104,7 +106,7 @@ fn cameras_show_what_they_see_in_windows_that_come_back() {
     shown.page.js("location.reload()");
     shown.page.until("document.querySelectorAll('canvas.seen').length === 2");
     shown.page.until("[...document.querySelectorAll('canvas.seen')].some((c) => c.width > 100)");
-    // Escape closes the window that has the focus, which then stays closed.
+    // Escape closes the window that has the focus; the window then remains closed.
     shown.page.js("document.querySelector('.pane .title').focus()");
     shown.page.key("Escape", 27);
     shown.page.until("document.querySelectorAll('canvas.seen').length === 1");

@@ -8,7 +8,7 @@ use crate::{
     kit::*,
 };
 
-/// A picture of red, green and blue.
+/// An RGB picture with 8 bits per channel.
 pub struct Rgb {
     pub columns: usize,
     pub rows: usize,
@@ -26,7 +26,7 @@ impl Rgb {
         }
         Rgb { columns: info.width as usize, rows: info.height as usize, bytes }
     }
-    /// Returns a small PNG: of each color, the lowest two bits are dropped.
+    /// Encodes the picture as PNG. The lowest two bits of each colour are dropped to keep the file small.
     pub fn png(&self) -> Vec<u8> {
         let mut out = Vec::new();
         let mut encoder = png::Encoder::new(&mut out, self.columns as u32, self.rows as u32);
@@ -91,7 +91,7 @@ fn picture_of_a_window() {
     page.until("(document.getElementById('time')?.textContent ?? '').includes(':06.')");
     page.click("#pause");
     page.click("#fit");
-    // The camera is moved so that the window does not hide the robot.
+    // The view is shifted so that the window does not hide the robot.
     page.js("import('tatu/view').then((v) => { v.camera.setViewOffset(100, 100, -26, 0, 100, 100); v.redraw(); })");
     std::fs::write(root().join("docs/images/window.png"), small(&page.picture([1180, 620]))).unwrap();
 }

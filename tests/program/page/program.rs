@@ -1,4 +1,4 @@
-//! The program with its page, and a client that speaks its protocol.
+//! Helpers that start the program with its page, and that connect clients of the page's protocol.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -11,16 +11,16 @@ use std::{
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket, stream::MaybeTlsStream};
 
-/// The connection of a client.
+/// A client's WebSocket connection.
 pub type Socket = WebSocket<MaybeTlsStream<TcpStream>>;
 
-/// The folder for the user's state, which replaces that of the user who runs the tests.
+/// The folder for the user's state, used in place of that of the user who runs the tests.
 pub const STATE: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// The program with its page, which is ended when this is dropped.
+/// The program with its page, which is killed when this value is dropped.
 pub struct Served {
     pub process: Child,
-    /// The address that it printed.
+    /// The address of the page, as printed by the program.
     pub url: String,
 }
 
@@ -42,7 +42,7 @@ impl Served {
             .unwrap();
         Served::of(process)
     }
-    /// Takes over a program that prints its address.
+    /// Takes ownership of a started program, which prints its address.
     pub fn of(mut process: Child) -> Served {
         let mut url = String::new();
         BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
@@ -56,7 +56,7 @@ impl Served {
     pub fn token(&self) -> &str {
         self.url.split("token=").nth(1).unwrap()
     }
-    /// Returns the answer to a request.
+    /// Sends an HTTP request with the given head, and returns the answer.
     pub fn ask(&self, head: &str) -> String {
         let mut stream = TcpStream::connect(self.host()).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
@@ -97,7 +97,7 @@ pub fn say(socket: &mut Socket, message: Value) {
 
 /// Calls a command; returns the answer.
 pub fn call(socket: &mut Socket, name: &str, args: Value) -> Value {
-    // Answers arrive in the order of calls, so that all calls can have the same number.
+    // Answers arrive in the order of the calls, so all calls can have the same id.
     say(socket, json!({ "type": "call", "id": 1, "name": name, "args": args }));
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
@@ -109,5 +109,5 @@ pub fn call(socket: &mut Socket, name: &str, args: Value) -> Value {
     }
 }
 
-/// A scene with a Pioneer.
+/// The path of a scene with a Pioneer.
 pub const ROBOT: &str = "scenes/first/pioneer_avoids_walls.toml";

@@ -22,7 +22,7 @@ use crate::kit::{
 
 const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
 
-/// Returns a port that is free now.
+/// Returns a port that is currently free.
 fn free_port() -> u16 {
     TcpListener::bind(("127.0.0.1", 0)).unwrap().local_addr().unwrap().port()
 }
@@ -37,7 +37,7 @@ fn about(served: &Served) -> Value {
     serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap()
 }
 
-/// A program that is not Tatu, on a port.
+/// A server other than Tatu, which listens on a port.
 struct Other(Arc<AtomicBool>, Option<std::thread::JoinHandle<()>>);
 
 impl Other {
@@ -84,7 +84,7 @@ fn the_address_of_a_fixed_port_remains() {
     assert_eq!(second.url, url);
     assert_ne!(about(&second)["instance"], told["instance"]);
     drop(second);
-    // Any free port has a new token each time.
+    // If the port is not specified, each program has a new token.
     let any = || served(0, state.path()).token().to_owned();
     assert_ne!(any(), any());
     #[cfg(unix)]
@@ -93,7 +93,7 @@ fn the_address_of_a_fixed_port_remains() {
         let file = state.path().join(format!("tatu/port-{port}.tokens"));
         assert_eq!(std::fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
         std::fs::set_permissions(&file, PermissionsExt::from_mode(0o644)).unwrap();
-        assert_ne!(served(port, state.path()).url, url, "others could read the token");
+        assert_ne!(served(port, state.path()).url, url, "a token that others can read is reused");
     }
 }
 
@@ -115,7 +115,7 @@ fn a_page_comes_back_by_itself() {
          const at = v.state.doc.toString().indexOf('cruise = 3.0') + 9; \
          v.dispatch({ changes: { from: at, to: at + 3, insert: '1.0' } }); })()");
 
-    // A call that was sent but not answered is refused.
+    // A call that was sent but not answered fails.
     succeed(Command::new("kill").args(["-STOP", &first.process.id().to_string()]));
     page.js("import('tatu/net').then((m) => { m.call('tatu.list').catch((e) => { window.refused = e.error; }); })");
     drop(first);

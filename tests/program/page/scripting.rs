@@ -30,7 +30,7 @@ fn the_editor_saves_marks_errors_and_follows_other_clients() {
     shown.page.click_on("#script-save");
     shown.page.until("document.querySelector('.cm-lintRange-error') !== null");
     assert_eq!(shown.ask(source), "x = 12");
-    // A text saved by another client does not replace unsaved changes, only the saved text.
+    // A text saved by another client does not replace unsaved changes.
     let mut socket = shown.served.socket();
     next(&mut socket, "scene");
     let script = shown.ask("of('brain').scripts[0].id");

@@ -1,4 +1,4 @@
-//! A student's first hour with the page, in a browser.
+//! Tests of a student's first hour with the page, in a browser.
 
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ fn a_student_drives_and_changes_a_robot() {
     page.until(&format!("document.getElementById('time').textContent !== {stood:?}"));
     page.click("#stop");
     page.until("document.getElementById('stop').className === 'on'");
-    // Another scene: its script is opened, a number is changed, and the wheels turn more slowly.
+    // In another scene, the script is opened and a number is changed, which makes the wheels turn more slowly.
     page.js(&format!("import('tatu/net').then((m) => m.call('tatu.open', {ROBOT:?}))"));
     page.until("document.getElementById('name').textContent === 'pioneer_avoids_walls.toml'");
     // Arrow keys drive the selected robot while they are held.
@@ -57,7 +57,7 @@ fn a_student_drives_and_changes_a_robot() {
          v.dispatch({ changes: { from: at, to: at + 3, insert: '1.0' } }); \
          document.getElementById('script-save').click(); })()");
     page.until(&format!("{speed}.then((v) => v <= 1)"));
-    // A window of a script: moving its slider calls the script, which changes a label.
+    // A script has a window. Moving its slider calls the script, which changes a label.
     // The edited script is not saved to the file, and no backup copy remains next to the file.
     page.js("import('tatu/net').then((m) => m.call('tatu.recover', false).then(() => m.call('tatu.open', 'plugins/commands/simui/demo.toml')))");
     page.until("document.getElementById('name').textContent === 'demo.toml'");
@@ -74,7 +74,7 @@ fn a_student_drives_and_changes_a_robot() {
         ),
         0
     );
-    // The view shows more than its background; the robot is back at its start.
+    // The view shows more than its background, and the robot is at its start again.
     page.click("#stop");
     page.until("document.getElementById('stop').className === 'on'");
     page.until(

@@ -1,10 +1,11 @@
-//! The program copied away from its libraries: reports which are missing, where it searched, and what to do.
+//! Tests of a program that was copied without its libraries: it reports which are missing, where it searched, and what
+//! to do.
 
 use std::{fs, path::PathBuf};
 
 use crate::kit::*;
 
-/// Copies only the program into a folder.
+/// Copies the program, without any libraries, into a new folder.
 fn copied() -> (Place, PathBuf) {
     let place = Place::scene(&format!("{FLOOR}{}", pioneer("", "")));
     let exe = place.path().join("bin").join(program().file_name().unwrap());
@@ -13,14 +14,14 @@ fn copied() -> (Place, PathBuf) {
     (place, exe)
 }
 
-/// Puts the models where an installed program has them, or next to the program.
+/// Copies the models into `folder`: the folder of an installed program, or the one next to the program.
 fn with_models(place: &Place, folder: &str) -> PathBuf {
     let to = place.path().join(folder);
     copy(&root().join("models"), &to);
     to
 }
 
-/// Returns the stems of the libraries that belong to the program, from the manifest.
+/// Returns the stems of the program's own libraries, as listed in the manifest.
 fn libraries() -> Vec<String> {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let lines = manifest.lines().filter(|l| l.contains("path = \"plugins/"));
@@ -83,7 +84,7 @@ fn one_missing_library_is_told_by_name() {
     with_models(&place, "share/tatu/models");
     let done = run(&exe, place.path(), &["run", "scene.toml"], &[]);
     done.refused(&[&library("tatu_sensors_proximity"), "proximity"]);
-    assert!(!done.err.contains(&library("tatu_scripts_lua")), "what is there is not missing: {}", done.err);
+    assert!(!done.err.contains(&library("tatu_scripts_lua")), "reports an existing library as missing: {}", done.err);
 }
 
 #[test]

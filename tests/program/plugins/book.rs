@@ -10,7 +10,7 @@ use crate::kit::{browser::wait_for, *};
 
 const BOOK: &str = "docs/plugin-authors";
 
-/// Returns the blocks of a page in order: language and text.
+/// Returns language and text of each code block of a page, in order.
 fn blocks(page: &str) -> Vec<(String, String)> {
     let text = fs::read_to_string(root().join(BOOK).join(page)).unwrap();
     let mut parts = text.split("\n```");
@@ -23,8 +23,8 @@ fn blocks(page: &str) -> Vec<(String, String)> {
     out
 }
 
-/// Runs all shell blocks of a page, one after another in one shell that stops at the first failure. `before` are
-/// commands that the page assumes to have been run.
+/// Runs all shell blocks of a page in a single shell, which stops at the first failure. `before` contains the commands
+/// that the page assumes to have been run.
 fn runs(page: &str, before: &str) {
     let place = Place::new();
     let shell = blocks(page).into_iter().filter(|(language, _)| language == "sh").map(|(_, text)| text);
@@ -59,7 +59,7 @@ pages! {
 
 #[test]
 fn every_page_with_commands_is_run() {
-    // Its own test runs that page.
+    // Another test runs this page.
     let elsewhere = ["testing.md"];
     let mut pages: Vec<String> = fs::read_dir(root().join(BOOK))
         .unwrap()
@@ -73,12 +73,12 @@ fn every_page_with_commands_is_run() {
     }
 }
 
-/// Collapses white space, so that excerpts may be indented differently.
+/// Collapses white space, so that excerpts can have a different indentation.
 fn collapsed(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// All files below a folder, as texts with collapsed white space.
+/// Adds the texts of all files below a folder to `out`, with collapsed white space.
 fn texts(folder: &Path, out: &mut Vec<String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -98,7 +98,7 @@ fn all_code_is_that_of_plugins_which_are_tested() {
     }
     for page in RUN.iter().chain(&["commands.md"]) {
         for (language, text) in blocks(page) {
-            // The example of tatu-check.toml is read by another test.
+            // Another test uses the example of tatu-check.toml.
             if !["c", "cpp", "rust", "lua", "toml"].contains(&language.as_str()) || text.contains("[[allow]]") {
                 continue;
             }
@@ -172,5 +172,5 @@ fn the_page_lists_the_tests_as_the_program_does() {
         .lines()
         .map(|line| line.split_once(' ').unwrap())
         .fold(String::new(), |all, (name, text)| all + &format!("| `{name}` | {} |\n", text.trim()));
-    assert!(page.contains(&format!("|---|---|\n{rows}\n")), "the page lacks:\n{rows}");
+    assert!(page.contains(&format!("|---|---|\n{rows}\n")), "the page must contain:\n{rows}");
 }

@@ -1,5 +1,5 @@
-//! A plugin that breaks the contract is named in an error at once, and the run continues where possible. The plugin is
-//! `breaches/plugin.c`.
+//! Tests that an error names a plugin that breaks the contract immediately after the call, and that the run continues
+//! where possible. The plugin is `breaches/plugin.c`.
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 
@@ -24,7 +24,7 @@ fn plugin() -> &'static Path {
 
 fn compile(source: &Path, to: &Path) {
     let include = format!("-I{}", root().join("plugin-api/include").display());
-    // Disable warnings, because compilers detect some of what it does on purpose.
+    // Warnings are off because compilers detect some of the intentional faults.
     let args = ["-std=gnu11", "-O1", "-w", "-shared", "-fPIC", "-pthread", &include, "-o"];
     succeed(Command::new(compiler("cc")).args(args).arg(to).arg(source).arg("-lm"));
 }
@@ -55,17 +55,17 @@ fn calls(how: &str) -> Place {
 #[test]
 fn a_command_that_writes_or_gives_what_it_must_not_is_blamed_itself() {
     for (how, words) in [
-        ("one result too many", "wrote outside its room for 64 results"),
-        ("results twice", "wrote outside its room for 64 results"),
-        ("before the results", "wrote outside its room for 64 results"),
+        ("one result too many", "wrote outside its space for 64 results"),
+        ("results twice", "wrote outside its space for 64 results"),
+        ("before the results", "wrote outside its space for 64 results"),
         ("past alloc", "wrote past the end of memory that the host gave it"),
         ("before the state", "state block"),
         ("past the state", "state block"),
         ("huge span", "result 1 has 1152921504606846976 elements"),
         ("large span", "result 1 has 2147483648 elements"),
-        ("list in itself", "nests deeper than 32"),
-        ("key that is no number", "a key that is not a number"),
-        ("null list", "a list of 3 elements at a null pointer"),
+        ("list in itself", "is nested deeper than 32 levels"),
+        ("key that is no number", "a map with the key NaN"),
+        ("null list", "a list or map of 3 elements at a null pointer"),
         ("unaligned", "not aligned"),
     ] {
         for threads in ["1", "2"] {
@@ -143,13 +143,13 @@ fn what_a_plugin_changes_of_the_process_is_put_back_and_told() {
     }
 }
 
-/// The system reports an action that was restored with a flag that it did not have before.
+/// The system reports a signal action that was restored with a flag that it did not have before.
 #[test]
 fn what_was_put_back_is_told_once() {
     let done = ran(&calls("signal of children"), &[], &["--steps", "400"]);
     let errors = done.errors();
     assert!(errors.len() == 1 && errors[0]["count"] == 1, "{errors:?}");
-    assert!(errors[0]["message"].as_str().unwrap().contains("changed what SIGCHLD does"), "{errors:?}");
+    assert!(errors[0]["message"].as_str().unwrap().contains("changed the action of SIGCHLD"), "{errors:?}");
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn ends_that_were_silent_are_told() {
     done.tells(&["F211", "SIGALRM", "`breach.now`", ID]);
     let done = ran(&calls("fork"), &[], &[]).good();
     done.tells(&["the process was forked in `tatu_command.call` (`breach.now`)", ID]);
-    assert_eq!(done.err.matches("goes on to the end").count(), 1, "the copy went on: {}", done.err);
+    assert_eq!(done.err.matches("goes on to the end").count(), 1, "a forked copy has continued: {}", done.err);
     let done = ran(&calls("end"), &[], &[]);
     assert_eq!(done.code, 1);
     done.tells(&["F210", "atexit", "goes on to the end"]);

@@ -1,4 +1,4 @@
-//! Tests of `tatu plugin why` with libraries that are broken in all known ways: the sentence about each.
+//! Tests of the diagnoses of `tatu plugin why` for libraries that are broken in all known ways.
 
 #![cfg(target_os = "linux")]
 
@@ -8,14 +8,14 @@ use super::why::{ask, file, folder, good, good_bytes};
 use crate::{kit::made::*, kit::said::*, kit::*};
 
 impl Said {
-    /// Adds the sentence about a plugin in C.
+    /// Compiles a plugin in C, and adds its diagnosis to the snapshot.
     #[track_caller]
     fn of_source(&mut self, tried: &str, source: &str, more: &[&str]) {
         let place = folder();
         compile_with(&place, "x", source, more);
         self.because(tried, &place, &["x"]);
     }
-    /// Adds the sentence about a file with these bytes.
+    /// Writes a file with these bytes, and adds its diagnosis to the snapshot.
     #[track_caller]
     fn of_bytes(&mut self, tried: &str, bytes: &[u8]) {
         let place = folder();
@@ -24,7 +24,7 @@ impl Said {
     }
 }
 
-/// Returns a plugin whose descriptor is declared differently.
+/// Returns the source of a plugin whose descriptor has the declaration `how`.
 fn declared(how: &str) -> String {
     good().text().replace("TATU_EXPORT const tatu_plugin_t tatu_plugin", how)
 }
@@ -60,7 +60,7 @@ fn a_windows_library_under_its_own_name_is_told() {
 fn libraries_for_other_processors_are_told() {
     let mut said = said!();
     let whole = good_bytes();
-    // Offsets in the header: class (1: 32 bit) at 4, byte order (2: big-endian) at 5, machine at 18.
+    // Offsets in the ELF header: class (1: 32 bit) at 4, byte order (2: big-endian) at 5, machine at 18.
     let changed = |changes: &[(usize, u8)]| {
         let mut bytes = whole.clone();
         changes.iter().for_each(|(at, to)| bytes[*at] = *to);
@@ -107,7 +107,7 @@ fn what_is_no_file_is_told() {
     fs::remove_dir(&x).unwrap();
     succeed(Command::new("mkfifo").arg(&x));
     said.because("a pipe", &place, &["x"]);
-    // Opening the pipe would block until a writer opens it.
+    // Opening the pipe would block because it has no writer.
     let done = run(program(), place.path(), &["list", "plugins"], &[("TATU_PLUGIN_PATH", "mine")]).good();
     done.tells(&["E301", "it is a pipe, socket or device, not a file"]);
     fs::remove_file(&x).unwrap();
@@ -132,7 +132,7 @@ fn links_are_followed_one_by_one() {
     symlink("libtatu_x.so", file(&place, "y")).unwrap();
     said.because("a loop", &place, &["x"]);
     fs::remove_file(file(&place, "y")).unwrap();
-    // A valid link is shown, and its target is loaded.
+    // For a valid link, the output shows the target, which is loaded.
     symlink("../second.so", file(&place, "y")).unwrap();
     symlink("third.so", place.path().join("second.so")).unwrap();
     fs::write(place.path().join("third.so"), good_bytes()).unwrap();
@@ -142,18 +142,18 @@ fn links_are_followed_one_by_one() {
     }
 }
 
-/// Runs without the administrator's permission to read all files.
+/// Runs a command without root's capability to read all files.
 fn as_anybody(command: &mut Command) -> &mut Command {
     use std::os::unix::process::CommandExt;
-    // CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH, as linux/capability.h numbers them.
+    // The numbers of CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH in linux/capability.h.
     let drop = || {
         for capability in [1, 2] {
-            // SAFETY: the call removes capabilities from the new process, or fails if it has none.
+            // SAFETY: the call only removes capabilities from the new process, or fails if it has none.
             unsafe { libc::prctl(libc::PR_CAPBSET_DROP, capability, 0, 0, 0) };
         }
         Ok(())
     };
-    // SAFETY: only system calls.
+    // SAFETY: the closure only makes system calls, which are allowed between fork and exec.
     unsafe { command.pre_exec(drop) }
 }
 
@@ -204,7 +204,7 @@ fn a_library_without_the_entry_is_told_with_what_it_has() {
 #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")]
 fn names_that_cpp_has_changed_are_told() {
     let mut said = said!();
-    // In C++, a constant at file scope is local, and names in a namespace are mangled.
+    // In C++, a constant at file scope has internal linkage, and names in a namespace are mangled.
     for (tried, source) in [
         (
             "a constant",
@@ -230,7 +230,7 @@ fn names_that_cpp_has_changed_are_told() {
 #[test]
 fn libraries_that_are_missing_are_told_with_who_needs_them() {
     let mut said = said!();
-    // Links a plugin to a library, which is then removed.
+    // Links a plugin to a library and then removes the library.
     let made = |place: &Place, more: &[&str]| {
         place.write("helper.c", "int helper(void);\nint helper(void) { return 2; }\n");
         let cc = ["-shared", "-fPIC", "helper.c", "-o", "mine/libhelper_of_mine.so"];
@@ -255,11 +255,11 @@ fn libraries_that_are_missing_are_told_with_who_needs_them() {
     }
     fs::remove_file(place.path().join("mine/libhelper_of_mine.so")).unwrap();
     said.because("it is nowhere", &place, &["x"]);
-    // The library was not opened, and would not have been.
+    // The loader cannot open the library.
     let done = run(program(), place.path(), &["list", "plugins"], &[("TATU_PLUGIN_PATH", "mine")]).good();
     done.tells(&["E301", "libhelper_of_mine.so"]);
 
-    // A library that needs another one.
+    // A library of the plugin needs another one, which is missing.
     let place = folder();
     place.write("deep.c", "int deep(void);\nint deep(void) { return 2; }\n");
     place.write("helper.c", "int deep(void);\nint helper(void);\nint helper(void) { return deep(); }\n");
@@ -286,13 +286,13 @@ fn symbols_and_versions_that_are_missing_are_told() {
     said.of_source("one symbol", &calls(&["nobody_has_this"]), &[]);
     said.of_source("many symbols", &calls(&["a_1", "a_2", "a_3", "a_4", "a_5", "a_6"]), &[]);
     said.of_source("of C++", &calls(&["_ZN4mine5thingEv"]), &[]);
-    // A weak symbol may be missing.
+    // A missing weak symbol is not an error.
     let place = folder();
     let weak = calls(&["nobody_has_this"])
         .replace("int nobody_has_this(void);", "__attribute__((weak)) int nobody_has_this(void);");
     compile(&place, "x", &weak);
     ask(&place, &["x"]).good();
-    // A library of an older version than the one that it was linked with.
+    // The plugin was linked with a newer version of a library than the installed one.
     let place = folder();
     place.write("helper.c", "int helper(void);\nint helper(void) { return 2; }\n");
     place.write("old.map", "HELPER_1.9 { global: helper; local: *; };\n");
@@ -315,7 +315,7 @@ fn descriptors_of_other_hosts_are_told() {
     let mut said = said!();
     let constructor = "__attribute__((constructor)) static void harm(void) { *(volatile int *)0 = 1; }\n";
     let source = |change: &dyn Fn(&mut Source)| good().with(|s| change(s)).text();
-    // No code of these libraries is run: each has a constructor that would crash.
+    // Each of these libraries has a constructor that would crash if any of its code were run.
     let broken = |change: &dyn Fn(&mut Source)| {
         source(&|s| {
             change(s);
@@ -330,7 +330,7 @@ fn descriptors_of_other_hosts_are_told() {
         &format!("#include \"tatu.h\"\nTATU_EXPORT const tatu_plugin_t tatu_plugin = {{0}};\n{constructor}"),
         &[],
     );
-    // These libraries are opened.
+    // The following libraries can be opened.
     said.of_source("cut off", &source(&|s| s.size = "offsetof(tatu_plugin_t, extension)".into()), &[]);
     said.of_source("no id", &source(&|s| s.id = "NULL".into()), &[]);
     said.of_source("an id with a space", &source(&|s| s.id = "\"my plugin\"".into()), &[]);
@@ -372,7 +372,7 @@ fn harm_is_reported_and_not_suffered() {
         compile(&place, "x", &init(body).replace("-std=c11", ""));
         said.because(tried, &place, &["x", "--watchdog", "1"]);
     }
-    // Output of the plugin is not mistaken for the result.
+    // Output of the plugin is not mistaken for the diagnosis.
     let place = folder();
     compile(
         &place,

@@ -1,4 +1,5 @@
-//! Names that are claimed twice: by two plugins, where the scene decides; in one plugin, where the first is used.
+//! Tests of names that are declared twice: by two plugins, between which the scene decides, or by one plugin, whose
+//! first declaration is used.
 
 use crate::{kit::made::*, kit::*};
 
@@ -16,7 +17,7 @@ fn two_that_claim_one_name_are_told_and_the_scene_decides() {
     let base = place("");
     compile(&base, "a", &all("a", "a").text());
     compile(&base, "b", &all("b", "b").text());
-    // None of it is used: the conflict is reported, and the scene runs.
+    // The scene uses none of the names, so the conflict is reported and the scene runs.
     let done = base.run(&["--steps", "1"]).good();
     done.tells(&["E303", "its sensor `eye`", "its model `thing`", "its language `tongue`", "[providers]"]);
     done.tells(&["its actuator `arm`", "its importer `reader`", "its service `butler`"]);
@@ -56,7 +57,7 @@ fn two_that_claim_one_name_are_told_and_the_scene_decides() {
         assert!(errors[0]["message"].as_str().unwrap().contains(&format!("loaded by {mark}")), "{errors:?}");
     }
     run(&(object("eye") + "[providers]\neye = \"org.test.c\"\n")).refused(&["E113", "org.test.a", "org.test.b"]);
-    // A command of two plugins: that of the lower id is called, and both are reported.
+    // Two plugins offer the same command. That of the plugin with the lower id is called, and both are reported.
     let place = place(&watcher("w", "function sysCall_init() assert(same.one() == 1) end"));
     compile(&place, "a", &Source::new("same").with(|s| s.id = "\"org.test.a\"".into()).text());
     let other =
@@ -100,12 +101,7 @@ fn a_text_says_its_language_where_there_are_several() {
     let scene = watcher("w", "function sysCall_init() end");
     let place = place(&scene);
     compile(&place, "second", &all("second", "a").text());
-    place.run(&["--steps", "1"]).refused(&[
-        "E109",
-        "does not name its language",
-        "`language = ...`",
-        "`lua`, `tongue`",
-    ]);
+    place.run(&["--steps", "1"]).refused(&["E109", "must specify its language", "`language = ...`", "`lua`, `tongue`"]);
     place.write("scene.toml", &place.read("scene.toml").replace("{ text", "{ language = \"lua\", text"));
     place.run(&["--steps", "1"]).good();
 }

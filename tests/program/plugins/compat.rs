@@ -1,4 +1,5 @@
-//! Compatibility: plugins built with frozen copies of the contract on this host, and plugins built with a later one.
+//! Tests of compatibility: plugins that were built with frozen copies of the contract or with a later contract run on
+//! this host.
 
 use std::{
     fs,
@@ -8,7 +9,7 @@ use std::{
 
 use crate::kit::*;
 
-/// Returns the frozen copies.
+/// Returns the folders of the frozen copies.
 fn revisions() -> Vec<PathBuf> {
     let mut all: Vec<PathBuf> = fs::read_dir(root().join("tests/compat"))
         .unwrap()
@@ -24,7 +25,7 @@ fn name(revision: &Path) -> String {
     revision.file_name().unwrap().to_string_lossy().into_owned()
 }
 
-/// Compiles a plugin with the header in a folder.
+/// Compiles a plugin with the headers in the folder `include`.
 fn compile(source: &Path, include: &Path, to: &Path) {
     succeed(
         Command::new(compiler("cc"))
@@ -60,7 +61,7 @@ fn works(place: &Place, prefix: &str) {
     assert!(!done.err.contains("warning"), "{}", done.err);
 }
 
-/// Returns the draft of a frozen copy, as in its ids.
+/// Returns the draft number in the ids of a frozen copy.
 fn draft(revision: &Path) -> u32 {
     let header = header_text(revision);
     let id = header.split("#define TATU_COMMAND \"tatu.command/draft.").nth(1).unwrap();
@@ -71,8 +72,8 @@ fn ours() -> u32 {
     draft(&root().join("plugin-api/include"))
 }
 
-/// Checks that the plugin works if its draft is this host's, and otherwise is refused with an error that names both
-/// drafts, without affecting anything else.
+/// Checks that the plugin works if its draft is that of this host. Otherwise it must be refused with an error that
+/// names both drafts, and must not affect anything else.
 fn works_or_is_refused(place: &Place, revision: &Path, prefix: &str) {
     if draft(revision) == ours() {
         return works(place, prefix);
@@ -80,7 +81,7 @@ fn works_or_is_refused(place: &Place, revision: &Path, prefix: &str) {
     place.write("scene.toml", &format!("format = 1\n[scene]\nplugins = [\"mine\"]\n{}", watcher("d", "")));
     let told = format!("built for draft {} of `tatu.", draft(revision));
     let done = place.run(&["--steps", "1"]).good();
-    // If it needs a service it is not loaded; otherwise it is loaded, and nothing that it offers is used.
+    // A plugin that needs a service is not loaded. Any other plugin is loaded, but its extensions are not used.
     done.tells(&[&told, &format!("this host has draft {}", ours()), "rebuild it"]);
 }
 
@@ -152,8 +153,8 @@ fn a_need_tells_how_much_of_the_host_it_is() {
     }
 }
 
-/// Writes the headers of a release to come: one more field at the end of tables of both sides, one more extension, one
-/// more service, and a type that goes with them.
+/// Writes the headers of a fictitious later release, which adds a field at the end of tables of both sides, an
+/// extension, a service, and a type that these use.
 fn headers_to_come(to: &Path) {
     let tables = [
         ("tatu_plugin_t", "const char *(TATU_CALL *motto)(void *self);"),
@@ -196,7 +197,8 @@ typedef struct tatu_host_dreams { uint32_t size; uint32_t reserved; void(TATU_CA
     fs::write(to.join("tatu.h"), format!("{before}#include \"tatu/hologram.h\"\n{after}")).unwrap();
 }
 
-/// Returns a plugin of that release: it fills the new fields, and uses the new ones of the host.
+/// Returns the source of a plugin for that release. It fills in the new fields of its tables and uses those of the
+/// host.
 fn plugin_to_come() -> String {
     let old = fs::read_to_string(root().join("tests/compat/plugin.c")).unwrap();
     let replaced = |text: String, from: &str, to: &str| {
@@ -232,7 +234,7 @@ static const tatu_need dreams_need = {.size = sizeof(tatu_need), .optional = 1, 
         "  return NULL;\n}\nstatic const tatu_need",
         "  if (!strcmp(id, TATU_HOLOGRAM)) return &hologram;\n  return NULL;\n}\nstatic const tatu_need",
     );
-    // Missing features of the host must be detected by TATU_HAS and TATU_KNOWS only; then the plugin falls back.
+    // The plugin must detect missing features of the host by TATU_HAS and TATU_KNOWS only, and then do without them.
     text = replaced(
         text,
         "  return TATU_HAS(scene, find)",

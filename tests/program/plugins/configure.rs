@@ -1,4 +1,5 @@
-//! Tests of live parameters: a plugin in C gets their new values, and is created again only if it requested that.
+//! Tests of parameters that change during a run: an instance in C receives the new values, and is created anew only if
+//! it requests that.
 
 use std::{fs, process::Command};
 
@@ -15,7 +16,7 @@ NUMBER(rays, "How many rays it has.", 0);
 NUMBER(mass, "Cannot change while it lives.", TATU_PARAM_REBUILDS);
 static const tatu_param *const params[] = {&range, &rays, &mass, NULL};
 
-/* An instance: its parameters, the number of its configurations, and the bits of changed parameters. */
+/* An instance: its parameters, the number of calls of `configure`, and the bit mask of the last changed parameters. */
 typedef struct gauge { double params[3], configured, changed; } gauge;
 static tatu_status create(void *self, const tatu_instance *info, void **data, tatu_error *error) {
   gauge *g = calloc(1, sizeof *g);
@@ -75,7 +76,7 @@ static const tatu_sensor stiff = {.size = sizeof(tatu_sensor), .inputs = TATU_IN
 static const tatu_sensor *const sensors[] = {&live, &stiff, NULL};
 static const tatu_ext_sensor ext_sensor = {.size = sizeof(tatu_ext_sensor), .kinds = sensors};
 
-/* Pushes along x with its range, in newtons, times the number of calls that its state remembers. */
+/* Pushes along x with a force of `range` newtons times the number of calls so far, which is in the state. */
 static tatu_status apply(void *self, const tatu_actuator_batch *b, tatu_error *error) {
   (void)self; (void)error;
   for (uint32_t i = 0; i < b->n; i++) {
@@ -100,7 +101,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .a
   .extension = extension};
 "#;
 
-/// Returns a wall 2 m ahead of a sensor of a kind, and a script.
+/// Returns a scene with a sensor of this kind, a wall 2 m ahead of it, and a script.
 fn looking(kind: &str, script: &str) -> Place {
     let sensor = format!("[[object]]\nkind = \"sensor\"\nsensor = \"{kind}\"\nalias = \"gauge\"\n");
     let wall = cuboid("wall", [1.0, 1.0, 0.2], [0.0, 0.0, 2.1], "");
@@ -118,8 +119,8 @@ fn with(scene: &str) -> Place {
     place
 }
 
-/// Runs some lines in three steps; returns the gauge's values after each: times configured, bits of the last change,
-/// rays that hit.
+/// Runs lines of Lua in the first and the second step. Returns the reading of the gauge after each of three steps: the
+/// number of calls of `configure`, the bit mask of the last change, and the number of rays that hit.
 fn told(kind: &str, first: &str, second: &str) -> Vec<[f64; 3]> {
     let script = format!(
         "local n = 0
@@ -142,20 +143,20 @@ fn told(kind: &str, first: &str, second: &str) -> Vec<[f64; 3]> {
 #[test]
 fn a_sensor_is_handed_new_values_and_asked_for_its_beams() {
     let set = |key: &str, value: u32| format!("sim.setFloatProperty(gauge, 'gauge.{key}', {value})");
-    // It detects the wall once its range is long enough; the second ray makes its fields longer.
+    // The gauge detects the wall when its range is long enough. The second ray adds an element to its fields.
     let told_now = told("gauge", &set("range", 3), &set("rays", 2));
     assert_eq!(told_now, [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]);
-    // A parameter that rebuilds creates it again, with the values that were set.
+    // A change of a parameter that is declared to rebuild creates the sensor anew, with the values that were set.
     let told_now = told("gauge", &set("range", 3), &set("mass", 2));
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);
-    // A kind without the function is created again.
+    // A sensor whose kind has no `configure` is created anew.
     let told_now = told("stiff", "sim.setFloatProperty(gauge, 'stiff.range', 3)", "");
     assert_eq!(told_now[1..], [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]);
 }
 
 #[test]
 fn a_sensor_that_is_made_anew_measures_when_the_old_one_did() {
-    // A sensor that waits for requests keeps waiting until it need not wait any more.
+    // A sensor that is measured only on request remains so after a change of parameters.
     let script = "local n = 0
         function sysCall_actuation()
             gauge, n = sim.getObject('/gauge'), n + 1
@@ -176,7 +177,7 @@ fn a_value_that_is_not_taken_stays_as_it_was() {
         refused('`gauge.range` of /gauge: plugin `org.test.live`: sees 5 m at most [tatu_life.configure]', 'gauge.range', 6)";
     let told_now = told("gauge", &format!("{first} {kept}"), kept);
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0]; 2]);
-    // The change is accepted, but its beams fail: the sensor is created again with the old values.
+    // `configure` accepts the change, but `beams` then fails, so the sensor is created anew with the old values.
     let second = format!("refused('has two rays at most [tatu_sensor.beams]', 'gauge.rays', 3) {kept}");
     let told_now = told("gauge", first, &second);
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);
@@ -197,7 +198,7 @@ fn an_actuator_keeps_what_it_remembers() {
         let place = with(&format!("{ball}{engine}{}", watcher("caller", &script)));
         let lines = place.trace(&["/ball"], &["--steps", "6"]);
         let speed: Vec<f64> = lines.iter().map(|l| l.object::<3>("/ball", "linear_velocity")[0]).collect();
-        // Newtons on 1 kg, for 0.05 s each.
+        // The forces, N, computed from the speeds of a body of 1 kg on which each acts for 0.05 s.
         let gained = (0..6).map(|i| (speed[i] - if i > 0 { speed[i - 1] } else { 0.0 }) / 0.05);
         gained.map(|x| x.round() as i32).collect::<Vec<_>>()
     };

@@ -1,5 +1,6 @@
-//! A plugin that crashes or ends the program: the error that names it, the exit status, and the output written before.
-//! The plugin is `crashes/plugin.c`; the environment selects what it does, and where.
+//! Tests of a plugin that crashes or ends the program: an error names it, the exit status is right, and the output
+//! before the crash is not lost. The plugin is `crashes/plugin.c`; environment variables select what it does, and in
+//! which function.
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 
@@ -16,10 +17,10 @@ use tempfile::TempDir;
 use crate::kit::*;
 
 const ID: &str = "org.example.crashes";
-/// Steps of 0.05 s before the crash: scripts act at 0.15 s, in the fourth step.
+/// Number of steps of 0.05 s before the crash. Scripts act at 0.15 s, which is in the fourth step.
 const BEFORE: usize = 3;
 
-/// Signal numbers of POSIX and Linux.
+/// Signal numbers on Linux.
 const SIGILL: i32 = 4;
 const SIGABRT: i32 = 6;
 const SIGBUS: i32 = 7;
@@ -55,8 +56,8 @@ fn in_c() -> &'static Path {
     BUILT.get_or_init(|| built("harm.c")).path()
 }
 
-/// Returns a scene with a command, two sensors that are measured together, and a service: all are called, and one of
-/// them crashes.
+/// Creates a scene that uses a command, two sensors that are measured together, and a service, each of which can be
+/// made to crash.
 fn scene() -> Place {
     let script = "function sysCall_actuation()
         print('acts at', sim.getSimulationTime())
@@ -66,14 +67,14 @@ fn scene() -> Place {
     Place::scene(&format!("{}{}{}", watcher("box1", script), eye("left"), eye("right")))
 }
 
-/// Runs the scene with a kind of crash in a function.
+/// Runs the scene with the kind of crash `how` in the function `at`.
 fn harmed(place: &Place, plugins: &Path, at: &str, how: &str, args: &[&str]) -> Done {
     let env = [("TATU_PLUGIN_PATH", plugins.to_str().unwrap()), ("CRASH_AT", at), ("CRASH_HOW", how)];
     let all = ["run", "scene.toml", "--steps", "10", "--trace", "trace.jsonl", "--service", "crash_service"];
     run(program(), place.path(), &[&all, args].concat(), &env)
 }
 
-/// Returns the only line with an error of this code.
+/// Checks that exactly one line contains an error with this code, and returns it.
 #[track_caller]
 fn line(done: &Done, code: &str) -> String {
     let start = format!("error[{code}]: ");
@@ -89,7 +90,7 @@ fn crashed(done: &Done, signal: i32, words: &[&str]) {
     words.iter().for_each(|w| assert!(line.contains(w), "`{w}` in: {line}"));
 }
 
-/// Checks that the trace is complete up to the step of the crash, and so is the output of the script and of C code.
+/// Checks that the trace and the output of the script and of C code are complete up to the step of the crash.
 #[track_caller]
 fn written(place: &Place, done: &Done) {
     assert_eq!(place.lines("trace.jsonl").len(), BEFORE);
@@ -108,7 +109,7 @@ fn a_crash_in_a_command_is_blamed_by_every_signal() {
         ("deep", SIGSEGV, "(SIGSEGV, stack overflow)"),
     ];
     if cfg!(target_arch = "x86_64") {
-        // Other processors return 0.
+        // Only on x86-64: on other processors a division by zero returns 0.
         all.push(("divide", SIGFPE, "(SIGFPE)"));
     }
     for (how, signal, name) in all {
@@ -116,7 +117,7 @@ fn a_crash_in_a_command_is_blamed_by_every_signal() {
         let done = harmed(&place, in_c(), "command", how, &[]);
         crashed(&done, signal, &[name, "`tatu_command.call`", "plugin `org.example.crashes`", "for /box1"]);
         written(&place, &done);
-        assert!(done.out.contains("\ncalls\n"), "what the step told so far is lost:\n{}", done.out);
+        assert!(done.out.contains("\ncalls\n"), "the output of the last step is lost:\n{}", done.out);
     }
 }
 
@@ -271,7 +272,7 @@ fn the_log_of_a_run_that_crashed_can_be_replayed() {
     let env = [("TATU_PLUGIN_PATH", in_c().to_str().unwrap())];
     let again =
         run(program(), place.path(), &["run", "--replay", "log", "--steps", "5", "--trace", "again"], &env).good();
-    again.tells(&["ended from outside"]);
+    again.tells(&["did not end normally"]);
     let (before, after) = (place.lines("trace.jsonl"), place.lines("again"));
     assert!(before.iter().zip(&after).all(|(a, b)| a.hash() == b.hash()));
 }
@@ -318,12 +319,12 @@ fn a_service_that_holds_the_run_is_named() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // No client connects; the test continues when the program reports that.
+    // No client connects. The test waits until the program reports this.
     let told =
         BufReader::new(running.stderr.take().unwrap()).lines().map_while(Result::ok).find(|l| l.contains("held"));
     running.kill().unwrap();
     running.wait().unwrap();
     let told = told.unwrap();
     assert!(told.contains("the service `jsonl` (plugin `tatu.service.jsonl`) has held the run"), "{told}");
-    assert!(!told.contains("warning"), "`--strict` runs may be held: {told}");
+    assert!(!told.contains("warning"), "a held run must not cause a warning, because of `--strict`: {told}");
 }

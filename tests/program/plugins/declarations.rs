@@ -1,10 +1,10 @@
-//! Tests of invalid declarations by plugins: each is reported with plugin, kind and parameter, and the rest works.
+//! Tests of invalid declarations in plugins: each is reported with plugin, kind and parameter, and the rest works.
 
 use std::process::Command;
 
 use crate::kit::*;
 
-/// A sensor and a command, most of whose declarations are wrong, and a command that works.
+/// A plugin with a sensor and a command most of whose declarations are invalid, and a command that works.
 const WRONG: &str = r#"
 #include "tatu.h"
 
@@ -88,11 +88,11 @@ fn nonsense_is_told_and_the_rest_works() {
         "{}[[object]]\nkind = \"sensor\"\nsensor = \"nose\"\nspan_m = 2.0\n",
         watcher("caller", script)
     ));
-    // The plugin's sensor has a parameter that cannot have any value; the error must not blame the scene.
+    // No value is valid for one parameter of the sensor. The error must name the plugin as the cause, not the scene.
     let done = place.run(&["--steps", "1"]);
     let told = |words: &[&str]| {
         let found = done.err.split("warning[E310]").any(|w| words.iter().all(|x| w.contains(x)));
-        assert!(found, "no warning has all of {words:?}:\n{}", done.err);
+        assert!(found, "no warning contains all of {words:?}:\n{}", done.err);
     };
     for (parameter, words) in [
         ("`span`", &["from 3 to 1"][..]),
@@ -111,9 +111,9 @@ fn nonsense_is_told_and_the_rest_works() {
         told(&[words, &["org.example.wrong", "libtatu_wrong", "sensor `nose`", parameter]].concat());
     }
     told(&["command `wrong.odd`", "`gain`"]);
-    assert_eq!(done.err.matches("warning[E310]").count(), 13, "and nothing else:\n{}", done.err);
-    assert!(!done.err.contains("smell"), "schemas of others are theirs");
-    // The parameter itself is still refused, with the same error as for a value in a scene.
+    assert_eq!(done.err.matches("warning[E310]").count(), 13, "expected no other warnings:\n{}", done.err);
+    assert!(!done.err.contains("smell"), "schemas of other plugins are not checked");
+    // A value for this parameter is refused with the same error as an invalid value in a scene.
     done.refused(&["E102", "span"]);
     with_wrong(&watcher("caller", script)).run(&["--steps", "1"]).good();
 }

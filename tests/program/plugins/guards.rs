@@ -1,11 +1,11 @@
-//! Tests that the host detects writes beyond a plugin's buffers: one word too far is noticed after the call, and a
-//! refused reading is zero, not half written.
+//! Tests that the host detects writes outside of the buffers of a plugin: a write one word too far is detected after
+//! the call, and the refused reading is zero and not partly written.
 
 use std::process::Command;
 
 use crate::kit::*;
 
-/// A sensor and a command that write at an offset given by their parameter.
+/// A plugin with a sensor and a command that write at an offset given by a parameter.
 const WRITER: &str = r#"
 #include <math.h>
 #include <string.h>
@@ -95,7 +95,7 @@ fn place(how: u32, script: &str) -> Place {
 
 #[test]
 fn a_word_too_far_is_noticed_and_what_was_refused_is_zero() {
-    // Prints what both sensors read after each step.
+    // The script prints the readings of both sensors after each step.
     let look = "function sysCall_init() one, two = sim.getObject('/eye0'), sim.getObject('/eye1') end
         function sysCall_sensing()
             local a, b = tatu.read(one), tatu.read(two)
@@ -119,7 +119,7 @@ fn a_word_too_far_is_noticed_and_what_was_refused_is_zero() {
                 (Some("org.example.writer"), Some("/eye0")),
                 "{e}"
             );
-            // The other sensor continues; the first has no half-written reading.
+            // The other sensor continues, and the reading of the first is not partly written.
             let read: Vec<&str> = done.err.lines().filter(|l| l.contains("read")).collect();
             assert!(read.len() >= 4, "{}", done.err);
             assert!(read[1].contains("7.0 7.0 7.0") && read[3].contains("7.0 7.0 7.0"), "{read:?}");
@@ -153,8 +153,8 @@ fn a_field_is_valid_by_another_of_its_kind() {
             .current_dir(place.path().join("mine")),
     );
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["the field `writer.y` of its sensor `writer` names `writer.z` as the field that marks valid \
-                  elements, which it does not have"]);
+    done.tells(&["the field `writer.y` of its sensor `writer` refers to `writer.z` as the field that marks valid \
+                  elements, but its sensor `writer` has no such field"]);
 }
 
 #[test]

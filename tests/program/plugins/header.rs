@@ -13,7 +13,8 @@ use crate::{
     plugins::mirror::{Type, types},
 };
 
-/// Types that never change within an ABI major, and their sizes on 64-bit systems, counted by hand from their fields.
+/// Types that never change within a major version of the ABI, with their sizes in bytes on 64-bit systems, computed by
+/// hand from their fields.
 const FROZEN: [(&str, usize); 5] = [
     ("tatu_str", 16),        // pointer, length
     ("tatu_value", 24),      // tag, reserved, 16 bytes of payload
@@ -22,7 +23,7 @@ const FROZEN: [(&str, usize); 5] = [
     ("tatu_contact", 72),    // two objects, point, normal, force
 ];
 
-/// The headers without comments.
+/// Returns the text of the headers without comments.
 fn code() -> String {
     let text = header_text(&root().join("plugin-api/include"));
     let mut parts = text.split("/*");
@@ -69,7 +70,7 @@ fn sizes_and_places_are_the_same() {
         assert_eq!(lines.next().unwrap(), whole, "C, then Rust: size of {}", t.name);
         for f in &t.fields {
             let field = [t.name, f.name, &f.at.to_string(), &f.size.to_string()].map(str::to_owned);
-            assert_eq!(lines.next().unwrap(), field, "C, then Rust: place and size of {}.{}", t.name, f.name);
+            assert_eq!(lines.next().unwrap(), field, "C, then Rust: offset and size of {}.{}", t.name, f.name);
         }
     }
 }
@@ -121,7 +122,7 @@ fn tables_begin_with_their_size_and_have_no_tail() {
         assert_eq!(
             last.at + last.size,
             t.size,
-            "{}: padding behind `{}`, where a new field would lie",
+            "{}: padding behind `{}`, where a new field would be placed",
             t.name,
             last.name
         );
@@ -136,11 +137,11 @@ fn frozen_types_have_their_sizes() {
     for (name, size) in FROZEN {
         let found = types().into_iter().find(|t| t.name == name).unwrap();
         assert_eq!(found.size, size, "{name}");
-        assert_ne!(found.fields[0].name, "size", "{name} is no table");
+        assert_ne!(found.fields[0].name, "size", "{name} is not a table");
     }
 }
 
-/// Returns names and values of the constants in Rust, as they are written.
+/// Returns the names of the constants in Rust, and their values as source text.
 fn constants() -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     for file in ["frozen", "types", "ext", "host"] {
@@ -159,7 +160,7 @@ fn constants() -> BTreeMap<String, String> {
 #[test]
 fn constants_have_the_same_values() {
     let mut ours = constants();
-    // The Rust layout is negotiated between Rust plugins and a Rust host only; it is not part of the header.
+    // The Rust layout is negotiated only between Rust plugins and the host, and is not part of the header.
     ours.remove("TATU_RUST_LAYOUT").unwrap();
     let mut body = String::new();
     for (name, value) in &ours {
@@ -170,7 +171,7 @@ fn constants_have_the_same_values() {
     let theirs: BTreeMap<String, String> = printed(&body).into_iter().map(|mut l| (l.remove(0), l.join(" "))).collect();
     assert_eq!(ours, theirs, "Rust, then C");
 
-    // The reverse: every constant of the header exists in Rust, enum constants as well as macros with a number or text.
+    // Conversely, every constant of the header exists in Rust: enum constants, and macros with a number or string.
     let code = code();
     let word = |s: &str| {
         s.trim().chars().take_while(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || *c == '_').collect::<String>()
@@ -187,7 +188,7 @@ fn constants_have_the_same_values() {
     assert_eq!(ours.into_keys().collect::<BTreeSet<_>>(), declared, "Rust, then the header");
 }
 
-/// Compiles each header by itself, twice included, without a warning.
+/// Checks that each header can be included alone and twice without a warning of the compiler.
 fn each_alone(compiler_name: &str, standard: &str, suffix: &str) {
     let include = root().join("plugin-api/include");
     for header in headers(&include) {
@@ -220,10 +221,10 @@ fn each_header_is_good_cpp_too() {
 fn the_front_page_includes_every_header_for_plugins() {
     let include = root().join("plugin-api/include");
     let front = fs::read_to_string(include.join("tatu.h")).unwrap();
-    // Tests of plugins are no part of the contract that plugins keep.
+    // The header for tests of plugins is not part of the contract.
     for header in headers(&include)[1..].iter().filter(|h| !h.ends_with("tatu/test.h")) {
         let line = format!("#include \"{}\"", header.strip_prefix(&include).unwrap().display());
-        assert!(front.contains(&line), "tatu.h lacks {line}");
+        assert!(front.contains(&line), "tatu.h does not contain {line}");
     }
 }
 

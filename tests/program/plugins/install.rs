@@ -1,4 +1,5 @@
-//! Tests of `tatu plugin install`: the user's own folder, and archives that are refused as a whole.
+//! Tests of `tatu plugin install`: plugins are installed in the user's folder, and invalid archives are refused as a
+//! whole.
 
 #![cfg(target_os = "linux")]
 
@@ -6,10 +7,10 @@ use std::{fs, io::Write, os::unix::fs::PermissionsExt, path::PathBuf};
 
 use crate::{kit::made::*, kit::*};
 
-/// Returns the folder in which plugins are installed.
+/// The folder in which plugins are installed, relative to the test's folder.
 const HOME: &str = ".data/tatu/plugins";
 
-/// Creates a folder with a plugin `mine/libtatu_<name>.so` with an id and a version.
+/// Creates a folder with a plugin `mine/libtatu_<name>.so` that has the given id and version.
 fn built(name: &str, id: &str, version: &str) -> Place {
     let place = Place::new();
     make(&place, name, id, version);
@@ -26,7 +27,7 @@ fn install(place: &Place, args: &[&str]) -> Done {
     place.tatu(&[&["plugin", "install"], args].concat())
 }
 
-/// The files in the folder.
+/// Returns the names of the installed files.
 fn installed(place: &Place) -> Vec<String> {
     let entries = fs::read_dir(place.path().join(HOME)).into_iter().flatten();
     let mut all: Vec<String> = entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
@@ -77,12 +78,12 @@ fn a_plugin_is_replaced_by_force_only() {
     install(&place, &["mine/libtatu_renamed.so"]).refused(&["error[E331]"]);
     install(&place, &["mine/libtatu_renamed.so", "--force"]).good();
     assert_eq!(installed(&place), ["libtatu_renamed.so"]);
-    // The file of another plugin is never replaced, even by force.
+    // The file of another plugin is never replaced, even with `--force`.
     make(&place, "renamed", "org.test.another", "1.0.0");
     for args in [&["mine/libtatu_renamed.so"][..], &["mine/libtatu_renamed.so", "--force"]] {
         install(&place, args).refused(&["error[E331]", "it is the plugin `org.test.hello`", "--remove org.test.hello"]);
     }
-    // A file that is not a plugin is replaced by force.
+    // A file that is not a plugin is replaced with `--force`.
     fs::write(place.path().join(HOME).join("libtatu_renamed.so"), "damaged").unwrap();
     install(&place, &["mine/libtatu_renamed.so"]).refused(&["error[E331]", "it is not a plugin that can be loaded"]);
     install(&place, &["mine/libtatu_renamed.so", "--force"]).good();
@@ -129,11 +130,11 @@ fn a_project_is_installed_from_its_folder() {
     fs::copy(place.path().join("mine/libtatu_hello.so"), build.join("libtatu_again.so")).unwrap();
     install(&place, &["project"]).refused(&[
         "error[E330]",
-        "it holds 2 plugins",
+        "it contains 2 plugins",
         "libtatu_again.so",
-        "name the one that is meant",
+        "name the library to install",
     ]);
-    // The folder of the library itself.
+    // The argument can be the folder that contains the library.
     install(&place, &["mine", "--force"]).good();
 }
 
@@ -145,7 +146,7 @@ fn one_that_is_hidden_is_installed_with_a_warning() {
     done.tells(&["warning[E302]", "mine/libtatu_hello.so has the same id and is searched first"]);
 }
 
-/// Returns a tar file with one entry.
+/// Returns a tar file with the given entries: name, type and contents.
 fn tar(entries: &[(&str, tar::EntryType, &[u8])]) -> Vec<u8> {
     let mut builder = tar::Builder::new(Vec::new());
     for (name, sort, bytes) in entries {
@@ -153,7 +154,7 @@ fn tar(entries: &[(&str, tar::EntryType, &[u8])]) -> Vec<u8> {
         header.set_entry_type(*sort);
         header.set_size(bytes.len() as u64);
         header.set_mode(0o644);
-        // Names that the library itself would refuse.
+        // The name is written directly into the header because the library would refuse some of these names.
         header.as_old_mut().name[..name.len()].copy_from_slice(name.as_bytes());
         if matches!(sort, tar::EntryType::Symlink | tar::EntryType::Link) {
             header.set_link_name("libtatu_hello.so").unwrap();
@@ -218,7 +219,7 @@ fn archives_are_unpacked_and_only_the_library_is_taken() {
         "two.tar",
         &tar(&[("a/libtatu_hello.so", Regular, &library), ("b/libtatu_hello.so", Regular, &library)]),
     );
-    install(&place, &["two.tar"]).refused(&["it holds 2 plugins: `a/libtatu_hello.so` and `b/libtatu_hello.so`"]);
+    install(&place, &["two.tar"]).refused(&["it contains 2 plugins: `a/libtatu_hello.so` and `b/libtatu_hello.so`"]);
     archive(&place, "broken.tar", &tar(&[("libtatu_hello.so", Regular, b"text")]));
     install(&place, &["broken.tar"]).refused(&["cannot install broken.tar: it is a text file"]);
     assert!(installed(&place).is_empty());
@@ -236,7 +237,7 @@ fn archives_with_anything_but_plain_files_are_refused_whole() {
         ("/escape", Regular, "an absolute path"),
         ("a\\..\\..\\escape", Regular, "a path that leads out of its folder"),
         ("D:escape", Regular, "a path with a drive"),
-        ("link", Symlink, "`link`, which is a symbolic link, not a plain file"),
+        ("link", Symlink, "`link`, which is a symbolic link, not a regular file"),
         ("link", Link, "which is a hard link"),
         ("null", Char, "which is a device"),
         ("disk", Block, "which is a device"),
@@ -248,9 +249,9 @@ fn archives_with_anything_but_plain_files_are_refused_whole() {
         for file in ["bad.tar", "bad.tar.gz"] {
             install(&place, &[file]).refused(&[
                 "error[E330]",
-                &format!("cannot install {file}: it holds `"),
+                &format!("cannot install {file}: it contains `"),
                 words,
-                "help: pack plain files",
+                "help: pack regular files",
             ]);
         }
     }
@@ -264,7 +265,7 @@ fn archives_with_anything_but_plain_files_are_refused_whole() {
     writer.add_symlink("link", "libtatu_hello.so", zip::write::SimpleFileOptions::default()).unwrap();
     archive(&place, "bad.zip", &writer.finish().unwrap().into_inner());
     install(&place, &["bad.zip"]).refused(&["error[E330]", "`link`, which is a symbolic link"]);
-    // Small archives that unpack to large files.
+    // A small archive contains a very large file.
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
     let mut header = tar::Header::new_gnu();
     header.set_path("zeros").unwrap();
@@ -273,7 +274,7 @@ fn archives_with_anything_but_plain_files_are_refused_whole() {
     encoder.write_all(header.as_bytes()).unwrap();
     archive(&place, "bomb.tar.gz", &encoder.finish().unwrap());
     install(&place, &["bomb.tar.gz"]).refused(&["error[E330]", "more than 256 MiB"]);
-    // Truncated archives.
+    // Truncated archives are refused.
     let bytes = gzip(&tar(&[good]));
     archive(&place, "cut.tar.gz", &bytes[..bytes.len() / 2]);
     install(&place, &["cut.tar.gz"]).refused(&["error[E330]", "cannot be unpacked", "download or copy it again"]);
@@ -323,12 +324,12 @@ fn assets_go_with_their_library() {
     assert_eq!(installed(&place), ["libtatu_reader.so", "tatu_reader.assets"]);
     let listed = place.tatu(&["list", "plugins", "--json"]).good().json().to_string();
     assert!(listed.contains("org.test.reader"), "{listed}");
-    // New assets replace the old ones; those that the plugin refuses change nothing.
+    // New assets replace the old ones. If the plugin refuses to start with them, nothing is changed.
     place.write("mine/tatu_reader.assets/words/greeting.txt", "goodbye");
     install(&place, &["mine/libtatu_reader.so", "--force"]).refused(&["a wrong greeting"]);
     assert_eq!(installed(&place), ["libtatu_reader.so", "tatu_reader.assets"]);
     assert_eq!(place.read(&format!("{HOME}/tatu_reader.assets/words/greeting.txt")), "hello");
-    // A folder that contains itself has no end.
+    // A link to a parent folder would lead to an endless copy.
     std::os::unix::fs::symlink("..", place.path().join("mine/tatu_reader.assets/words/loop")).unwrap();
     install(&place, &["mine/libtatu_reader.so", "--force"]).refused(&["nested more than"]);
     install(&place, &["--remove", "org.test.reader"]).good();

@@ -60,7 +60,7 @@ fn read(text: &str) -> Record {
     out
 }
 
-/// Returns the ways in which a revision breaks an older one.
+/// Returns a line for each change by which the revision `new` breaks plugins built with `old`.
 fn broken(old: &Record, new: &Record) -> Vec<String> {
     let mut out = Vec::new();
     for (name, was) in old {
@@ -93,7 +93,7 @@ fn broken(old: &Record, new: &Record) -> Vec<String> {
     out
 }
 
-/// Returns the records, oldest first: sorted by name, numbers in names compared as numbers.
+/// Returns the records, oldest first. They are sorted by name, with numbers in names compared as numbers.
 fn records() -> Vec<(String, Record)> {
     let number = |s: &str| s.trim_matches(|c: char| !c.is_ascii_digit()).parse::<u64>().unwrap_or(0);
     let folder = root().join("plugin-api/layout");
@@ -113,7 +113,7 @@ fn nothing_that_was_recorded_has_moved() {
     let now = of(&types());
     if let Ok(name) = std::env::var("TATU_BLESS") {
         let all: Vec<String> = records().iter().flat_map(|(_, old)| broken(old, &now)).collect();
-        assert!(all.is_empty(), "this is no growth, and is not recorded:\n{}", all.join("\n"));
+        assert!(all.is_empty(), "these changes are incompatible and are not recorded:\n{}", all.join("\n"));
         fs::write(root().join(format!("plugin-api/layout/{name}.txt")), write(&now)).unwrap();
     }
     let all = records();
@@ -121,10 +121,10 @@ fn nothing_that_was_recorded_has_moved() {
         let broken = broken(old, &now);
         assert!(broken.is_empty(), "plugins built with {name} would break:\n{}", broken.join("\n"));
     }
-    let (name, last) = all.last().expect("there is a record");
+    let (name, last) = all.last().expect("there is at least one record");
     assert!(
         *last == now,
-        "the border has grown since {name}: record it with `TATU_BLESS={name} cargo test --test program layout::`"
+        "the ABI has new fields since {name}: record them with `TATU_BLESS={name} cargo test --test program layout::`"
     );
 }
 
@@ -151,7 +151,7 @@ fn compiled(change: impl Fn(String) -> String, record: &Record) -> Record {
         Command::new(compiler("cc")).arg("-I").arg(place.path()).arg(place.path().join("print.c")).arg("-o").arg(&exe),
     );
     let mut out = read(&succeed(&mut Command::new(exe)));
-    // In the order of their offsets.
+    // Fields are listed in the order of their offsets.
     out.values_mut().for_each(|known| known.fields.sort_by_key(|f| f.1));
     out
 }
@@ -161,7 +161,7 @@ fn compiled(change: impl Fn(String) -> String, record: &Record) -> Record {
 fn a_field_that_is_moved_resized_or_removed_is_found() {
     let now = of(&types());
     assert_eq!(broken(&now, &compiled(|text| text, &now)), Vec::<String>::new());
-    // Two fields of a table are swapped: only their offsets change.
+    // If two fields of a table are swapped, only their offsets change.
     let moved = |header: String| {
         let Some(table) = header.find("typedef struct tatu_sensor {") else { return header };
         let (before, after) = header.split_at(table);
@@ -175,7 +175,7 @@ fn a_field_that_is_moved_resized_or_removed_is_found() {
     assert!(found.contains("tatu_sensor.id was field 2 at 8") && found.contains("tatu_sensor.text was"), "{found}");
     assert!(!found.contains("tatu_model"), "{found}");
 
-    // A type that shrinks, a removed field, a field inserted between others, and one appended at the end.
+    // A field that shrinks, a removed field, a field inserted between others, and a field appended at the end.
     let edited = |edit: &dyn Fn(&mut Known)| {
         let mut new = now.clone();
         edit(new.get_mut("tatu_budget").unwrap());
@@ -184,7 +184,7 @@ fn a_field_that_is_moved_resized_or_removed_is_found() {
     assert!(edited(&|k| k.fields[3].2 = 4)[0].contains("tatu_budget.memory was field 3 at 16 with 8 bytes"));
     assert!(edited(&|k| drop(k.fields.remove(3)))[0].contains("tatu_budget.memory has vanished"));
     assert!(!edited(&|k| k.fields.insert(2, ("between".into(), 8, 8))).is_empty());
-    assert!(!edited(&|k| k.fields.push(("inside".into(), 20, 4))).is_empty(), "in the tail of the old table");
+    assert!(!edited(&|k| k.fields.push(("inside".into(), 20, 4))).is_empty(), "a field in padding is accepted");
     let grown = edited(&|k| {
         k.fields.push(("more".into(), 24, 8));
         k.size = 32;

@@ -1,5 +1,5 @@
-//! Tests of invalid fields and slots that plugins declare, and of invalid objects and events that they create: each is
-//! refused at its declaration or creation, the error names the plugin, and the rest works.
+//! Tests of invalid fields and slots that plugins declare, and of invalid objects and events that they create. Each is
+//! refused with an error that names the plugin, and the rest works.
 
 use crate::{kit::made::*, kit::*};
 
@@ -19,11 +19,11 @@ static const tatu_field *const fields[] = {{&field, NULL}};
 fn fields_have_a_size_and_elements_that_there_are() {
     let base = place("");
     for (elem, dims, said) in [
-        ("TATU_ELEM_F64", "100000, 100000, 1", "has 100000 x 100000 x 1 elements; there are at most 268435456"),
-        ("TATU_ELEM_U8", "4000000000u, 4000000000u, 4000000000u", "elements; there are at most 268435456"),
+        ("TATU_ELEM_F64", "100000, 100000, 1", "has 100000 x 100000 x 1 elements, but at most 268435456"),
+        ("TATU_ELEM_U8", "4000000000u, 4000000000u, 4000000000u", "elements, but at most 268435456"),
         ("TATU_ELEM_U8", "0, 300000000, 1", "has 0 x 300000000 x 1 elements"),
-        ("0", "1, 1, 1", "has elements of type 0"),
-        ("9", "1, 1, 1", "has elements of type 9"),
+        ("0", "1, 1, 1", "has elements of the unknown type 0"),
+        ("9", "1, 1, 1", "has elements of the unknown type 9"),
     ] {
         compile(&base, "eye", &field(elem, dims).text());
         let done = base.run(&["--steps", "1"]).good();
@@ -109,7 +109,7 @@ fn an_alias_can_stand_in_a_path() {
     assert!(base.run(&["--steps", "1"]).good().json()["objects"]["/dummy"].is_object());
 }
 
-/// Returns a plugin with a command `<name>.one` of this body, and these services of the host.
+/// Returns a plugin with a command `<name>.one` that has the given body and uses services of the host.
 fn actor(name: &str, body: &str) -> Source {
     Source::new(name).with(|s| {
         s.before = s.before.replace("return tatu_return(c, tatu_int(1));", body);
@@ -152,7 +152,7 @@ fn a_payload_is_a_map() {
     compile(&base, "act", &actor("act", body).text());
     let done = base.run(&["--steps", "1"]);
     let text = done.errors()[0].to_string();
-    assert!(text.contains("the payload of `act.done` is 3; a payload is a table with names"), "{text}");
+    assert!(text.contains("the payload of `act.done` is 3; expected a table with keys"), "{text}");
     assert!(text.contains("act.one"), "{text}");
 }
 

@@ -1,13 +1,13 @@
-//! The types of the plugin interface as Rust declares them: one row per type, with its fields in the order of the
-//! header.
+//! The types of the plugin interface as declared in Rust, one row per type, with the fields in the order of the header.
 //!
-//! `header` compares the rows with the header and with the layout by a C compiler; a missing row or field fails there.
+//! The tests in `header` compare the rows with the header and with the layout computed by a C compiler, and fail if a
+//! row or field is missing.
 
 use core::mem::{align_of, offset_of, size_of};
 
 use tatu_plugin_api::abi;
 
-/// A field: name, offset and size in bytes.
+/// A field, with its offset, size and alignment in bytes.
 pub struct Field {
     pub name: &'static str,
     pub at: usize,
@@ -15,7 +15,7 @@ pub struct Field {
     pub align: usize,
 }
 
-/// A type.
+/// A type with its size in bytes and its fields.
 pub struct Type {
     pub name: &'static str,
     pub size: usize,

@@ -1,5 +1,5 @@
-//! Tests of a plugin that misbehaves in each function of each table: the run ends in order, names plugin, instance and
-//! call once, and everything else has the same results as without the plugin.
+//! Tests of a plugin that misbehaves in each function of each table: the run ends normally, an error names the plugin,
+//! instance and call once, and everything else has the same results as without the plugin.
 
 use std::{collections::BTreeSet, fs};
 
@@ -19,15 +19,16 @@ const TABLES: [&str; 10] = [
     "tatu_service",
 ];
 const LIVES: [&str; 5] = ["world", "sensor", "actuator", "script", "service"];
-/// The kinds whose instances have parameters.
+/// The kinds of instance that have parameters and therefore `configure`.
 const CONFIGURED: [&str; 2] = ["sensor", "actuator"];
 
-/// Names the language of scripts in a scene, which two languages make ambiguous.
+/// Sets the language of all scripts in a scene, which is required because two plugins offer a language.
 fn with_lua(scene: &str) -> String {
     scene.replace("{ text = '''", "{ language = \"lua\", text = '''")
 }
 
-/// Returns the scene text beside the healthy robot in which a function is called, and the name that its error has.
+/// Returns the scene entries, in addition to the healthy robot, that cause a function to be called, and the name of the
+/// object or plugin in its error.
 fn scene_for(function: &str) -> (String, &'static str) {
     let sensor = "[[object]]\nkind = \"sensor\"\nsensor = \"misbehaves\"\nalias = \"eye\"\n";
     let script =
@@ -45,7 +46,7 @@ fn scene_for(function: &str) -> (String, &'static str) {
         "tatu_sensor.finish" => return (format!("{sensor}noise = {{ number = {{ sigma = 0.1 }} }}\n"), "/eye"),
         "tatu_life.configure:sensor" => return (format!("{sensor}{}", setter("/eye")), "/eye"),
         "tatu_life.configure:actuator" => return (format!("{actuator}{}", setter("/ball/engine")), "/ball/engine"),
-        // It is asked about the robot's meshes as well, which come first.
+        // `sniff` is also called for the meshes of the robot, which are read first.
         "tatu_importer.sniff" => return ("[[import]]\nfile = \"thing.misbehaves\"\n".into(), "the import of "),
         "tatu_language.knows_dialect" => {
             return (script.replace("}\n", ", dialect = \"strange\" }\n"), "the dialect `strange`");
@@ -66,18 +67,18 @@ fn scene_for(function: &str) -> (String, &'static str) {
         ("tatu_command", _) => {
             (with_lua(&watcher("caller", "function sysCall_actuation() misbehaves.call() end")), "/caller")
         }
-        // Instances for the plugin or the whole world are named after the plugin. The scene must need it.
+        // Instances of the plugin or the whole world are named after the plugin. The scene must use the plugin.
         ("tatu_plugin", _) => (sensor.into(), "org.tatu.misbehaves"),
         _ => (String::new(), "org.tatu.misbehaves"),
     }
 }
 
-/// Returns the name that the plugin and the program give a function.
+/// Returns the name of a function in the plugin's plan and in the program's errors.
 fn written(table: &str, function: &str) -> String {
     format!("{}.{function}", table.trim_end_matches("_t"))
 }
 
-/// Returns every function pointer that a plugin fills in, as read from the header.
+/// Returns all function pointers that plugins fill in, as declared in the header.
 fn functions() -> Vec<String> {
     let header = header_text(&root().join("plugin-api/include"));
     let mut out = Vec::new();
@@ -91,7 +92,7 @@ fn functions() -> Vec<String> {
                 "tatu_life" if name == "tatu_life.configure" => {
                     out.extend(CONFIGURED.iter().map(|kind| format!("{name}:{kind}")));
                 }
-                // Only what a plugin keeps for a world takes part in the end of a run.
+                // `end_run` is called only for the data that a plugin has per world.
                 "tatu_life" if name == "tatu_life.end_run" => out.push(format!("{name}:world")),
                 "tatu_life" => out.extend(LIVES.iter().map(|kind| format!("{name}:{kind}"))),
                 _ => out.push(name),
@@ -103,8 +104,8 @@ fn functions() -> Vec<String> {
 
 #[test]
 fn every_table_that_a_plugin_fills_is_walked() {
-    // Every table with functions belongs to the host or is tested here: a new one must be added to one of the two
-    // lists.
+    // Each table with functions either belongs to the host or is tested here. A new table must be added to one of the
+    // two lists.
     let header = header_text(&root().join("plugin-api/include"));
     let hosts = ["tatu_error", "tatu_host", "tatu_writer", "tatu_random", "tatu_call_api", "tatu_builder"];
     let mut found = BTreeSet::new();
@@ -128,11 +129,11 @@ fn every_table_that_a_plugin_fills_is_walked() {
 
 struct Bench {
     place: Place,
-    /// The healthy robot's hash in a run without the plugin.
+    /// The hash of the healthy robot after a run without the plugin.
     robot: serde_json::Value,
 }
 
-/// Returns a robot that drives and a sonar that measures.
+/// Returns scene entries for a driving robot and a sonar that work correctly.
 fn healthy() -> String {
     let drive = "function sysCall_init() left = sim.getObject('/Pioneer_p3dx_leftMotor') end
         function sysCall_actuation() sim.setJointTargetVelocity(left, 1 + sim.getSimulationTime()) end";
@@ -153,7 +154,7 @@ impl Bench {
     fn scene(&self, more: &str) {
         self.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{more}", healthy()));
     }
-    /// Runs with one misbehaviour, and returns the deviations from the expected end.
+    /// Runs the scene with `function` misbehaving, and returns a line for each deviation from the expected outcome.
     fn run(&self, function: &str, how: &str, args: &[&str]) -> Vec<String> {
         let (more, instance) = scene_for(function);
         self.scene(&more);
@@ -164,7 +165,7 @@ impl Bench {
             "tatu_life.load" => {
                 self.place.run(&["--steps", "8", "--snapshot-at", "0.2", "state"]).good();
                 match how {
-                    // Services restore their state only when the world already continues.
+                    // Services restore their state after the world has already started to continue.
                     _ if function.ends_with(":service") => {
                         self.check(function, how, &[args, &["--from"], &file].concat(), instance)
                     }
@@ -175,7 +176,8 @@ impl Bench {
             _ => self.check(function, how, args, instance),
         }
     }
-    /// State that cannot be written or read does not fail the run: it is replayed instead, and the reason is reported.
+    /// Checks that state that cannot be saved or loaded does not fail the run: it is restored by a replay, and the
+    /// reason is reported.
     fn goes_by_replay(&self, function: &str, how: &str, instance: &str) -> Vec<String> {
         let asked = format!("{function}={how}");
         let all = ["run", "scene.toml", "--json", "--steps", "8"];
@@ -196,7 +198,7 @@ impl Bench {
                 saved.as_ref().is_none_or(|s| s.code == 0 && reason(s, "note: state")),
             ),
             ("it is not told when it is read", reason(&resumed, "note: restored by replay")),
-            ("a panic went its own way", !resumed.err.contains("panicked at")),
+            ("a panic was not caught", !resumed.err.contains("panicked at")),
             ("the exit code is wrong", resumed.code == 0),
             (
                 "the robot beside it computes something else",
@@ -215,7 +217,7 @@ impl Bench {
         let has = |what: &str| told.iter().any(|l| l.contains(what));
         let errors = told.iter().filter(|l| l.starts_with("error")).count();
         let call = match (function, how) {
-            // The error has the command's own name; a wrong number shows where it is used.
+            // The error contains the name of the command. An invalid number is detected where it is used.
             ("tatu_command.call", "hang") => "tatu_command.call",
             ("tatu_command.call", _) => "misbehaves.call",
             ("tatu_language.find", "nonsense") => "tatu_language.call",
@@ -226,19 +228,19 @@ impl Bench {
         let answers = (function, how) == ("tatu_language.knows_dialect", "error");
         let names_plugin = |l: &str| l.contains("org.tatu.misbehaves") || answers;
         let instance = if answers { "no dialect `strange` of the language `misbehaves`" } else { instance };
-        // The error of a command belongs to its caller; the summary names the plugin that owns the command.
+        // The error of a command is that of its caller, but the summary names the plugin that offers the command.
         let in_summary = || !done.out.is_empty() && done.json()["errors"][0]["plugin"] == "org.tatu.misbehaves";
         let robot = || done.json()["objects"]["/Pioneer_p3dx"]["hash"].clone();
         let began = done.code == 1 && how != "hang";
         let wanted = [
             ("the function was never reached", done.err.contains(&format!("misbehaving in {function}"))),
             ("the exit code is wrong", done.code == 1 || done.code == 2 && done.out.is_empty()),
-            ("a panic went its own way", !done.err.contains("panicked at")),
+            ("a panic was not caught", !done.err.contains("panicked at")),
             ("the plugin is not named", told.iter().any(|l| names_plugin(l)) || done.code == 1 && in_summary()),
             ("the instance is not named", has(instance)),
             ("the call is not named", has(call) || answers),
-            // Before a run: once as the reason, and once for what is missing because of it. The location in a script is
-            // requested for another error, which is reported too.
+            // Before a run, the error is reported twice: as the reason, and for what is missing because of it. `place`
+            // is only called for another error, which is also reported.
             (
                 "it is not told once",
                 if done.code == 1 {
@@ -291,7 +293,7 @@ fn what_was_written_before_a_call_got_stuck_is_whole() {
     let wrong = bench.check("tatu_command.call", "hang", &args, "/caller");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let lines = bench.place.lines("trace.jsonl");
-    assert_eq!(lines.len(), 4, "four steps of 0.05 s were done");
+    assert_eq!(lines.len(), 4, "expected four steps of 0.05 s");
     let all = ["run", "scene.toml", "--json", "--watchdog", "0.4"];
     let done = run(program(), bench.place.path(), &all, &[("TATU_MISBEHAVE", "tatu_command.call=hang")]);
     let errors = done.errors();

@@ -1,6 +1,6 @@
-//! Tests of a plugin in safe Rust that declares something else on each request, reads what it is modifying, keeps
-//! references to removed objects and leaves a thread behind: it gets an error or the first declaration, and never reads
-//! memory that is not its own.
+//! Tests of a plugin in safe Rust that returns different declarations at each call, reads what it is modifying, keeps
+//! references to removed objects and leaves a thread running. It gets an error, or its first declaration remains in
+//! effect, and it never reads memory that it does not own.
 
 use std::fs;
 

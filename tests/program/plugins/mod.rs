@@ -1,4 +1,5 @@
-//! Tests of plugins: loading, refusal, crashes, misbehaviour, old and new versions; the header and its recorded layout.
+//! Tests of plugins: loading and rejecting them, crashes, misbehaviour, old and new versions; and of the header and its
+//! recorded layout.
 
 mod away;
 mod book;

@@ -1,4 +1,4 @@
-//! Tests of plugins kept as binaries since they were built: they load and behave as they did then.
+//! Tests of old plugin binaries: they can be loaded, and behave as they did when they were built.
 
 use std::{fs, path::PathBuf};
 
@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 
 use crate::kit::*;
 
-/// Returns the folders, one for each draft that this host accepts.
+/// Returns the folders with binaries, one for each draft that this host accepts.
 fn rooms() -> Vec<PathBuf> {
     folders(&root().join("tests/museum"))
 }
@@ -22,13 +22,13 @@ fn folders(of: &std::path::Path) -> Vec<PathBuf> {
 fn prints(exhibit: &std::path::Path, threads: &str) -> String {
     let place = Place::new();
     copy(exhibit, place.path());
-    // The cart's script runs longer than the others.
+    // The script of the cart needs more steps than the others.
     let steps = if exhibit.ends_with("cart") { "120" } else { "40" };
     let args =
         ["run", "scene.toml", "--steps", steps, "--no-addons", "--allow", "plugins", "--threads", threads, "--json"];
     let done = run(program(), place.path(), &args, &[("TATU_PLUGIN_PATH", ".")]).good();
     assert!(!done.err.contains("warning") && !done.err.contains("error"), "{}: {}", exhibit.display(), done.err);
-    // Only lines of scripts, without the program's own.
+    // Keeps only the lines of scripts.
     let own = |l: &&str| !l.starts_with("plugin ");
     done.err.lines().filter(own).map(|l| format!("{l}\n")).collect()
 }
@@ -62,10 +62,10 @@ fn nothing_in_it_was_changed() {
         for exhibit in folders(&room) {
             for file in fs::read_dir(&exhibit).unwrap().map(|f| f.unwrap().path()) {
                 let name = file.strip_prefix(&room).unwrap().to_str().unwrap().to_owned();
-                assert!(listed.contains(&name.as_str()), "{name} has no sum");
+                assert!(listed.contains(&name.as_str()), "{name} has no checksum");
                 bytes += fs::metadata(&file).unwrap().len();
             }
         }
     }
-    assert!(bytes <= 3 << 19, "the museum has {bytes} bytes: 1.5 MiB are the most");
+    assert!(bytes <= 3 << 19, "the museum has {bytes} bytes; the limit is 1.5 MiB");
 }

@@ -1,11 +1,11 @@
-//! Tests of the names that plugins declare: invalid ones, those that hide others, and those that no script can call.
-//! The plugin that is loaded later is blamed, and the earlier one keeps working.
+//! Tests of names declared by plugins that are invalid, hide others, or cannot be called by any script. Of two plugins,
+//! the one that is loaded later is reported, and the earlier one continues to work.
 
 use std::fmt::Write;
 
 use crate::{kit::made::*, kit::*};
 
-/// Returns a plugin with a command for each name, as C text; the commands return 1, 2, ...
+/// Returns a plugin with one command per name, each of which is a C literal. The commands return 1, 2, ...
 fn commands(plugin: &str, names: &[&str]) -> Source {
     let mut before = String::new();
     let mut list = String::new();
@@ -76,7 +76,7 @@ fn what_can_be_no_name_is_shown_and_not_used() {
     for name in shown {
         told_once(&done, &["[E303]", "`org.test.odd`", &format!("its command {name} has an invalid name: it ")]);
     }
-    done.tells(&["it is empty", "it holds a space", "holds control characters", "mine.name"]);
+    done.tells(&["it is empty", "it contains a space", "contains control characters", "mine.name"]);
     assert!(!done.err.contains('\u{1b}'), "{}", done.err);
 }
 
@@ -112,15 +112,18 @@ static const tatu_ext_command with_constant = {{.size = sizeof(tatu_ext_command)
     // The id of the plugin itself is invalid: it is not loaded.
     source.id = "\"org.test.a b\"".into();
     compile(&base, "bad", &source.text());
-    told_once(&base.run(&["--steps", "1"]).good(), &["[E301]", "its id `org.test.a b` holds a space"]);
-    // A suffix that occurs in every name of a file.
+    told_once(&base.run(&["--steps", "1"]).good(), &["[E301]", "its id `org.test.a b` contains a space"]);
+    // The suffix `""` would match every file name.
     let base = place("");
     let suffix = all("end", "a").text().replace("\".tongue\"", "\"\"").replace("\".scroll\"", "\".a b\"");
     compile(&base, "end", &suffix);
     let done = base.run(&["--steps", "1"]).good();
     told_once(&done, &["[E303]", "`org.test.end`", "its language `tongue` has the suffix ``, which is empty"]);
-    told_once(&done, &["[E303]", "`org.test.end`", "its importer `reader` has the suffix `.a b`, which holds a space"]);
-    // Schemas, fields and keys.
+    told_once(
+        &done,
+        &["[E303]", "`org.test.end`", "its importer `reader` has the suffix `.a b`, which contains a space"],
+    );
+    // Names of schemas, fields and parameters are also checked.
     let table = ", .fields = fields, .params = params";
     let fields = |field: &str| {
         format!(
@@ -139,7 +142,10 @@ static const tatu_param *const params[] = {{&param, NULL}};
     let base = place("");
     compile(&base, "nose", &nose("smell.a b", "smell/1").text());
     let done = base.run(&["--steps", "1"]).good();
-    told_once(&done, &["[E303]", "the field `smell.a b` of its sensor `nose` has an invalid name: it holds a space"]);
+    told_once(
+        &done,
+        &["[E303]", "the field `smell.a b` of its sensor `nose` has an invalid name: it contains a space"],
+    );
     compile(&base, "nose", &nose("smell.what", "smell\\t/1").text());
     let done = base.run(&["--steps", "1"]).good();
     told_once(&done, &["[E303]", "its sensor `nose` claims the schema `smell\\t/1`, which is not a valid name"]);
@@ -148,7 +154,7 @@ static const tatu_param *const params[] = {{&param, NULL}};
 
 #[test]
 fn a_name_is_no_name_space() {
-    // The first declaration of a plugin counts.
+    // Of several declarations in one plugin, the first is used.
     let base = place(&watcher("w", "function sysCall_init() assert(reg.b() == 1 and type(reg) == 'table') end"));
     compile(&base, "reg", &commands("reg", &["reg.b", "reg"]).text());
     let done = base.run(&["--steps", "1"]).good();
@@ -170,7 +176,7 @@ fn a_name_is_no_name_space() {
 
 #[test]
 fn the_newcomer_is_blamed_and_not_what_comes_with_the_program() {
-    // The plugin's id sorts before all others, and its folder is searched first.
+    // The id of this plugin precedes all others, and its folder is searched first.
     let script = "function sysCall_init()
         assert(sim.getObject('/w') > 0 and aaa.good() == 5)
         assert(sim.getTheAnswer() == 4)

@@ -1,4 +1,4 @@
-//! Tests of `tatu new` and `tatu plugin`: each template is created, built and run, and its scene checks it.
+//! Tests of `tatu new` and `tatu plugin`: a project is created from each template, built, and checked by its scene.
 
 use std::fs;
 
@@ -15,7 +15,7 @@ fn works(kind: &str, lang: &str) {
     assert!(!done.err.contains("warning"), "{}", done.err);
     assert!(done.out.contains(&format!("{name} works")), "{}\n{}", done.out, done.err);
     assert!(place.path().join(&name).join("build").join(library(&format!("tatu_{name}"))).is_file());
-    // The check is effective: without the plugin's folder, the scene does not run, or fails.
+    // Without the plugin's folder the scene must fail, which proves that its check is effective.
     let without = run(program(), place.path(), &["run", &format!("{name}/scene.toml"), "--steps", "200"], &[]);
     assert_ne!(without.code, 0);
 }
@@ -88,7 +88,7 @@ fn nothing_is_overwritten_and_names_are_checked() {
         place.tatu(&["new", "robot", name]).refused(&["E610", told]);
     }
     place.tatu(&["new", "plugin", "x", "--lang", "cpp", "--kind", "model"]).refused(&["E610", "in C++"]);
-    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "something was made");
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "files were created");
     place.tatu(&["new", "scene", "other", "--to", "mine"]).good();
     assert!(place.path().join("mine/other/scene.toml").is_file());
 }
@@ -129,7 +129,7 @@ fn the_sdk_is_replaced_and_nothing_else() {
         fs::read_to_string(root().join("plugin-api/src/lib.rs")).unwrap()
     );
     assert!(!place.path().join("lamp/sdk/include/old.h").exists() && !place.path().join("lamp/sdk.new").exists());
-    // The crate is that of this repository, without files that only the workspace needs.
+    // The SDK contains the crate of this repository without the parts that only the workspace needs.
     let manifest = place.read("lamp/sdk/rust/Cargo.toml");
     assert!(manifest.contains("name = \"tatu-plugin-api\"") && !manifest.contains("abi_stable"), "{manifest}");
 }

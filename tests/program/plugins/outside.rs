@@ -1,18 +1,18 @@
-//! Tests of plugins written as authors outside of this repository would: each builds with the command at its top, and
-//! its scene checks it.
+//! Tests of plugins written as authors outside of this repository would write them. Each is built by the command in the
+//! comment at its top and checked by its scene.
 
 use std::{fs, process::Command};
 
 use crate::kit::*;
 
-/// Copies one of the plugins and builds it with its own command.
+/// Copies one of the plugins and builds it with the command at its top.
 fn built(name: &str) -> Place {
     let place = Place::new();
     let from = root().join("tests/outside").join(name);
     copy(&from, place.path());
     let source = if from.join(format!("{name}.c")).is_file() { format!("{name}.c") } else { format!("{name}.cpp") };
     let text = fs::read_to_string(from.join(&source)).unwrap();
-    let line = text.lines().find_map(|l| l.strip_prefix("// Build: ")).expect("it has a line to build it");
+    let line = text.lines().find_map(|l| l.strip_prefix("// Build: ")).expect("the file has a line `// Build: `");
     let include = root().join("plugin-api/include").display().to_string();
     let words = line.split_whitespace().map(|w| match w {
         w if w.ends_with("plugin-api/include") => include.clone(),
@@ -25,7 +25,7 @@ fn built(name: &str) -> Place {
     place
 }
 
-/// Builds a plugin in Rust, with the profile of the tests.
+/// Builds a plugin in Rust with the cargo profile of the tests.
 fn in_rust(name: &str) -> Place {
     let place = Place::new();
     copy(&root().join("tests/outside").join(name), place.path());
@@ -34,8 +34,8 @@ fn in_rust(name: &str) -> Place {
     place
 }
 
-/// Checks that the scene runs to its end without failed checks of its script, and has equal hashes with one and two
-/// threads.
+/// Checks that the scene runs to its end, that its script reports no failed check, and that the hashes with one and two
+/// threads are equal.
 fn works(place: &Place, scene: &str, more: &[&str]) {
     let env = [("TATU_PLUGIN_PATH", ".")];
     let hash = |threads| {
@@ -59,7 +59,7 @@ fn a_sensor_with_a_schema_and_a_preset() {
 fn a_sensor_that_feels() {
     works(&built("shock"), "scene.toml", &["--steps", "60"]);
     works(&in_rust("knock"), "scene.toml", &["--steps", "60"]);
-    // The count is in the state block, so a snapshot has it.
+    // The count is in the state block, so snapshots contain it.
     let place = built("shock");
     let env = [("TATU_PLUGIN_PATH", ".")];
     let end = |more: &[&str]| {

@@ -1,12 +1,12 @@
-//! Tests of plugins that are refused, each built for one reason: the error names file, cause and remedy, and a scene
-//! that does not need the plugin runs as if it were absent.
+//! Tests of plugins that are rejected, each for one reason: the error states the file, the cause and the remedy, and a
+//! scene that does not need the plugin runs as if it did not exist.
 
 use std::fs;
 
 use crate::{kit::made::*, kit::said::*, kit::*};
 
 impl Said {
-    /// Runs a scene that does not need the plugin: exit code 0, and standard error names the plugin's file once.
+    /// Runs a scene that does not need the plugin. The exit code must be 0, and standard error must name the file once.
     #[track_caller]
     fn told(&mut self, name: &str, source: &Source) {
         let place = place("");
@@ -34,7 +34,7 @@ fn other_drafts_are_refused_by_their_number() {
     let source = eye("new", "far_eye", "");
     let source = source.with(|s| s.extension = s.extension.replace("TATU_SENSOR", "\"tatu.sensor/draft.9\""));
     said.told("new", &source);
-    // The command of that plugin works, and a scene that needs its sensor is told the most similar file.
+    // The command of that plugin works. For a scene that needs its sensor, the error names the most similar kind.
     let place = place(&watcher("w", "function sysCall_init() assert(new.one() == 1) end"));
     compile(&place, "new", &source.text());
     place.run(&["--steps", "1"]).good();
@@ -57,7 +57,7 @@ static const tatu_need *const all_needs[] = {{&a_need, NULL}};\n"
     };
     said.told("needs", &need("tatu.host.scene/draft.9", 0));
     said.told("needs", &need("tatu.host.dreams/1", 0));
-    // A missing optional service is only logged, and the plugin works.
+    // If an optional service is missing, a note is logged and the plugin works.
     let place = place(&watcher("w", "function sysCall_init() assert(needs.one() == 1) end"));
     compile(&place, "needs", &need("tatu.host.dreams/1", 1).text());
     let done = place.run(&["--steps", "1"]).good();
@@ -73,8 +73,8 @@ fn a_start_that_fails_is_told() {
     said.told("sulk", &source);
     let source = Source::new("mute").with(|s| s.init = "return TATU_ERR;".into());
     said.told("mute", &source);
-    // If a plugin fails because a service exists only in another draft, the error says so, whatever the plugin reports
-    // itself.
+    // If a plugin fails because a service exists only in another draft, the error states this in addition to the error
+    // of the plugin.
     let source = Source::new("ask").with(|s| {
         s.init =
             "return host->service(host, \"tatu.host.scene/draft.0\") ? TATU_OK : tatu_fail(e, TATU_ERR, \"no scene\");"
@@ -88,7 +88,7 @@ fn descriptors_that_lack_something_are_refused() {
     let mut said = said!();
     let cut = |size: &str| Source::new("cut").with(|s| s.size = size.into());
     said.told("cut", &cut("offsetof(tatu_plugin_t, extension)"));
-    // The size ends in the middle of a field: that field does not count.
+    // A field that extends beyond the size of the table is ignored.
     said.told("cut", &cut("offsetof(tatu_plugin_t, extension) + 4"));
     said.told("cut", &cut("4"));
     said.told("cut", &Source::new("cut").with(|s| s.id = "NULL".into()));
@@ -152,7 +152,7 @@ fn every_required_function_is_asked_for() {
 
 #[cfg(target_os = "linux")]
 impl Said {
-    /// Puts a file `mine/libtatu_bad.so` beside a valid plugin: it is reported and the run continues.
+    /// Writes `mine/libtatu_bad.so` beside a valid plugin. The file must be reported, and the run must continue.
     #[track_caller]
     fn file_told(&mut self, change: impl FnOnce(Vec<u8>) -> Vec<u8>) {
         let place = place(&watcher("w", "function sysCall_init() assert(good.one() == 1) end"));
@@ -161,12 +161,12 @@ impl Said {
         let file = place.path().join("mine").join(library("tatu_bad"));
         let bytes = change(fs::read(&file).unwrap());
         let size = format!("{} bytes", bytes.len());
-        // A new file: the loader must not see the old one.
+        // The file is removed first, because the loader could reuse the old one.
         fs::remove_file(&file).unwrap();
         fs::write(&file, bytes).unwrap();
         let done = place.run(&["--steps", "2"]).good();
         done.tells(&["E301", &library("tatu_bad"), "help: "]);
-        // Sizes depend on the compiler.
+        // The sizes of files depend on the compiler.
         let text = done.err.replace(&size, "SIZE bytes");
         let text = text.split(' ').map(|w| if w.parse::<u64>().is_ok_and(|n| n > 100) { "SIZE" } else { w });
         self.add("bad", &place, &text.collect::<Vec<_>>().join(" "));
@@ -198,7 +198,11 @@ fn folders_that_are_missing_and_libraries_of_other_names_are_told() {
     fs::copy(&from, place.path().join("mine").join(library("good"))).unwrap();
     let env = [("TATU_PLUGIN_PATH", "nowhere")];
     let done = run(program(), place.path(), &["run", "scene.toml", "--json", "--steps", "1"], &env).good();
-    done.tells(&["E311", "TATU_PLUGIN_PATH names the folder nowhere", "is a library, but its name is not a plugin's"]);
+    done.tells(&[
+        "E311",
+        "TATU_PLUGIN_PATH contains the folder nowhere",
+        "is a library, but its name is not a plugin's",
+    ]);
     done.tells(&[&library("good"), &library("tatu_NAME")]);
 }
 
@@ -210,7 +214,7 @@ fn a_library_without_the_symbol_is_refused() {
     done.tells(&["E301", &library("tatu_mute"), "exports no `tatu_plugin`", "in C++ include tatu.h"]);
 }
 
-/// Sets flush-to-zero with an instruction and another locale through the C library, as careless libraries do.
+/// Sets flush-to-zero by an instruction, and another locale by the C library, as some libraries do.
 const MODE: &str = "#include <locale.h>
 #if defined(__x86_64__)
 #include <xmmintrin.h>
@@ -247,11 +251,11 @@ fn a_changed_floating_point_mode_or_locale_is_put_back_and_named_once() {
         let place = place(&robot);
         compile(&place, "fast", &source.text());
         let done = place.run(&["--seconds", "1"]).good();
-        done.tells(&["E321", words, &library("tatu_fast"), "it was put back", "-ffast-math"]);
+        done.tells(&["E321", words, &library("tatu_fast"), "it was restored", "-ffast-math"]);
         assert_eq!(done.err.matches(words).count(), 1, "{}", done.err);
         assert_eq!(done.json()["hash"], clean);
     }
-    // During a run: in a command, in a measurement, in the creation of an instance.
+    // The modes change during a run: in a command, in a measurement, and when an instance is created.
     let command = Source::new("fast").with(|s| {
         s.before = format!("{MODE}{}", s.before.replace("{ return tatu_return", "{ fast(); return tatu_return"));
     });
@@ -260,11 +264,11 @@ fn a_changed_floating_point_mode_or_locale_is_put_back_and_named_once() {
     compile(&place, "fast", &command.text());
     let done = place.run(&["--seconds", "1"]);
     let errors = done.errors();
-    // The first time, any command that the script called may be the cause; from then on, every call is checked.
+    // The first time, any command called by the script can be the cause. From then on every call is checked.
     assert_eq!(errors.len(), 2, "{errors:?}");
     assert!(errors[0]["message"].as_str().unwrap().contains("org.test.fast"), "{errors:?}");
     assert_eq!((errors[1]["plugin"].as_str(), errors[1]["count"].as_u64()), (Some("org.test.fast"), Some(22)));
-    done.tells(&["F207", "`org.test.fast` changed the floating-point mode in tatu_command.call", "it was put back"]);
+    done.tells(&["F207", "`org.test.fast` changed the floating-point mode in tatu_command.call", "it was restored"]);
     let robot_hash = |done: &Done| done.json()["objects"]["/Pioneer_p3dx"]["hash"].clone();
     place.write("scene.toml", &place.read("scene.toml").replace("fast.one()", "1"));
     assert_eq!(robot_hash(&done), robot_hash(&place.run(&["--seconds", "1"]).good()));

@@ -1,5 +1,5 @@
-//! Tests of files that change while a run uses them. A client stops the run at known steps, so that every change takes
-//! effect at a known barrier.
+//! Tests of `--reload`, with files that change during a run. A client holds the run at known steps, so every change
+//! takes effect at a known barrier.
 
 use std::{fs, process::Command, thread, time::Duration};
 
@@ -10,7 +10,7 @@ use crate::{
     remote::jsonl::{Client, Ended, Running},
 };
 
-/// A robot that wriggles along: its motion depends on a counter, a table and an upvalue.
+/// A script that drives a robot along a curve that depends on a counter, a table and an upvalue.
 const ROBOT: &str = "
 n = 0
 local turns = 0
@@ -27,7 +27,8 @@ function sysCall_actuation()
 end
 ";
 
-/// Creates two robots far from each other, each with a script file; `more` is further scene text.
+/// Creates a scene with two robots far from each other, each with a script file. `head` is put before them, and `more`
+/// after them.
 fn two_robots(head: &str, more: &str) -> Place {
     let robot = |alias: &str, y: f64| {
         format!(
@@ -39,7 +40,8 @@ fn two_robots(head: &str, more: &str) -> Place {
     place
 }
 
-/// A run that a client stops. Files are checked at most ten times a second, and not just after they were written.
+/// A run that a client holds. The program checks files at most ten times a second, and ignores files that have just
+/// been written.
 struct Held {
     run: Running,
     client: Client,
@@ -57,7 +59,7 @@ impl Held {
         self.client.step(n);
         self
     }
-    /// Writes a file and waits until it counts as unchanging.
+    /// Writes a file, and waits long enough for the program to read it.
     fn write(&mut self, place: &Place, name: &str, text: &str) -> &mut Self {
         place.write(name, text);
         thread::sleep(Duration::from_millis(250));
@@ -78,11 +80,11 @@ fn hash_of(summary: &Value, object: &str) -> String {
 #[track_caller]
 fn tells(ended: &Ended, words: &[&str]) {
     for w in words {
-        assert!(ended.err.contains(w), "standard error lacks `{w}`:\n{}", ended.err);
+        assert!(ended.err.contains(w), "standard error does not contain `{w}`:\n{}", ended.err);
     }
 }
 
-/// Returns the summary of a run of this many steps in which nothing is changed.
+/// Returns the summary of a run with this number of steps in which no file changes.
 fn undisturbed(place: &Place, steps: u64) -> Value {
     place.run(&["--hashes", "--trace", "plain.jsonl", "--steps", &steps.to_string()]).good().json()
 }
@@ -94,7 +96,7 @@ fn a_script_that_means_the_same_goes_on_where_it_was() {
     let mut held = Held::start(&place, &["--reload"]);
     held.steps(20);
     held.write(&place, "A.lua", &format!("-- a remark,\n-- and another\n{ROBOT}")).steps(20);
-    // Written again, with the same content.
+    // The file is written again with the same content.
     held.write(&place, "B.lua", ROBOT).steps(20);
     let (summary, ended) = held.end();
     let ended = ended.good();
@@ -117,13 +119,13 @@ fn a_changed_script_takes_over_the_global_variables() {
     held.steps(1);
     let (summary, ended) = held.end();
     let ended = ended.good();
-    tells(&ended, &["A.lua of /A (state kept)", "E306", "A.lua:2", "the old version stays in use"]);
+    tells(&ended, &["A.lua of /A (state kept)", "E306", "A.lua:2", "the old version remains in use"]);
     assert_eq!(ended.err.matches("E306").count(), 1, "{}", ended.err);
     let lines = place.lines("t.jsonl");
-    // The counter and the table continue at 20; the local variable of the text is new.
+    // The counter and the table continue at 20, but the local variable of the chunk is initialised again.
     assert_eq!(lines[20].status(), ["21 20 0"]);
-    assert_eq!(lines[21].status(), ["22 21 0"], "the old one goes on");
-    assert_eq!(hash_of(&summary, "/B"), hash_of(&plain, "/B"), "nobody has touched it");
+    assert_eq!(lines[21].status(), ["22 21 0"], "the old script must continue");
+    assert_eq!(hash_of(&summary, "/B"), hash_of(&plain, "/B"), "the other robot must not change");
     assert_ne!(hash_of(&summary, "/A"), hash_of(&plain, "/A"));
 }
 
@@ -141,7 +143,7 @@ fn a_script_whose_state_cannot_be_written_begins_anew_and_is_told() {
     assert_eq!((lines[4].status(), lines[6].status()), (vec!["one"], vec!["two"]));
 }
 
-/// A plugin with a command and a sensor: both count, and report the plugin's version with the count.
+/// A plugin with a command and a sensor. Both count, and report the count and the plugin's version.
 const PROBE: &str = r#"
 #include "tatu.h"
 #include <stdlib.h>
@@ -184,7 +186,7 @@ static const tatu_life world_life = {.size = sizeof world_life, .state_bytes = s
   .destroy = end, .version = 1};
 static const tatu_ext_command command = {.size = sizeof command, .commands = commands, .per_world = &world_life};
 
-/* The sensor stores its sum in its own memory, and its number of readings in the state block. */
+/* The sensor stores its sum in its own memory, and the number of its readings in the state block. */
 static tatu_status create(void *self, const tatu_instance *given, void **data, tatu_error *error) {
   (void)self; (void)given;
   if (CREATE < 0) return tatu_fail(error, TATU_ERR, "this version makes none");
@@ -292,7 +294,7 @@ fn a_changed_plugin_takes_the_place_of_the_old_one() {
     assert!(!ended.err.contains("starts over"), "{}", ended.err);
     assert_eq!(summary["reloads"], 1);
     for robot in ["/A", "/B"] {
-        assert_eq!(hash_of(&summary, robot), hash_of(&plain, robot), "nobody has touched {robot}");
+        assert_eq!(hash_of(&summary, robot), hash_of(&plain, robot), "{robot} has changed");
     }
 
     let lines = place.lines("t.jsonl");
@@ -300,7 +302,7 @@ fn a_changed_plugin_takes_the_place_of_the_old_one() {
         let (n, version) = (i as f64 + 1.0, if i < 12 { 1.0 } else { 2.0 });
         assert_eq!(line.sensor("/p", "probe.readings"), n, "step {i}");
         assert_eq!(line.sensor("/p", "probe.sum"), 12.0_f64.min(n) + 2.0 * (n - 12.0).max(0.0), "step {i}");
-        // Called twice a step while the old command exists.
+        // The script calls the command twice per step while the old command exists.
         let calls = if i < 12 { 2 * i + 1 } else { 24 + i - 12 + 1 };
         assert_eq!(line.status()[0], (version as usize * 1000 + calls).to_string(), "step {i}");
     }
@@ -313,7 +315,7 @@ fn what_was_told_at_the_start_keeps_no_new_version_out() {
     let place = two_robots("plugins = [\"plugins\"]\n", "");
     let file = place.path().join("plugins").join(library("tatu_probe"));
     fs::create_dir_all(place.path().join("plugins")).unwrap();
-    // An invalid name: reported when the run begins, and again invalid in every version.
+    // The invalid name is reported at the start of the run, and not again for new versions, which also contain it.
     let [second, third] = ["-DVERSION=2", "-DVERSION=3"].map(|v| probe(&place, &[v, "-DANOTHER=\"pro be\""]));
     fs::write(&file, &second).unwrap();
     let mut held = Held::start(&place, &["--reload"]);
@@ -326,11 +328,12 @@ fn what_was_told_at_the_start_keeps_no_new_version_out() {
     let (summary, ended) = held.end();
     let ended = ended.good();
     assert_eq!(summary["reloads"], 2, "{}", ended.err);
-    assert!(!ended.err.contains("pro be"), "what was told before the first step is no news: {}", ended.err);
+    assert!(!ended.err.contains("pro be"), "the warning from the start is repeated: {}", ended.err);
     place.run(&["--steps", "1"]).good().tells(&["E303", "`pro be` has an invalid name"]);
 }
 
-/// A model of a folder is a file of the document: what changes in its text is applied, an error leaves the old version.
+/// Changes in the text of a model folder are applied as in any file of the document. If the text has an error, the old
+/// version remains in effect.
 #[test]
 fn a_changed_model_of_a_folder_is_taken_too() {
     let part = |mass: &str| {
@@ -391,13 +394,13 @@ fn a_changed_model_is_taken_into_what_stands_there() {
     let lines = place.lines("t.jsonl");
     let masses: Vec<&str> = lines.iter().map(|l| l.status()[0]).collect();
     assert_eq!(masses, [["2.0"; 5], ["3.0"; 5], ["3.0"; 5], ["3.0"; 5]].concat());
-    // It continues to fall undisturbed: another mass falls equally fast.
+    // The object continues to fall as before, because the speed does not depend on its mass.
     let plain_lines = place.lines("plain.jsonl");
     assert_eq!(plain_lines.len(), 20);
     let z = |i: usize| lines[i].object::<3>("/P/box", "position")[2];
     assert!(z(4) > z(5) && z(5) > z(6), "{} {} {}", z(4), z(5), z(6));
     for robot in ["/A", "/B"] {
-        assert_eq!(hash_of(&summary, robot), hash_of(&plain, robot), "nobody has touched {robot}");
+        assert_eq!(hash_of(&summary, robot), hash_of(&plain, robot), "{robot} has changed");
     }
 }
 

@@ -1,10 +1,11 @@
-//! Tests that the host enforces which functions a call may use: a plugin that breaks the rules is refused and named.
+//! Tests that the host enforces which of its functions a plugin may call: other calls are refused, and the plugin is
+//! named.
 
 use std::process::Command;
 
 use crate::kit::*;
 
-/// Functions that change the world.
+/// Host functions that change the world.
 const ACTS: [&str; 10] = [
     "scene.set_pose",
     "scene.set",
@@ -18,7 +19,7 @@ const ACTS: [&str; 10] = [
     "stage.run",
 ];
 
-/// Creates a scene with sensors that call functions where they may not; `script` belongs to an object that calls
+/// Creates a scene with sensors that call functions where these are forbidden. `script` belongs to an object that calls
 /// commands.
 fn place(eyes: usize, eye: &str, script: &str) -> Place {
     let mut scene =
@@ -38,15 +39,15 @@ fn place(eyes: usize, eye: &str, script: &str) -> Place {
     place
 }
 
-/// Checks that the run continues, that each function is refused and reported with the call it was made in, and that
-/// none took effect.
+/// Checks that the run continues, that each call of a function is refused and reported with the plugin function `call`
+/// that made it, and that no call took effect.
 fn refused(done: &Done, call: &str, functions: &[&str]) {
     assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
     let errors = done.errors();
     for function in functions {
         let text = format!("`{function}` was called in `{call}`, and is refused");
         let told = errors.iter().find(|e| e["message"].as_str().unwrap().contains(&text));
-        let told = told.unwrap_or_else(|| panic!("{text}: not in {errors:?}"));
+        let told = told.unwrap_or_else(|| panic!("`{text}` is not in {errors:?}"));
         assert_eq!(
             (told["plugin"].as_str(), told["code"].as_str()),
             (Some("org.example.nosy"), Some("F207")),
@@ -73,7 +74,7 @@ fn what_changes_the_world_is_refused_where_only_a_look_is_allowed() {
         let saved: &[&str] = if eye == "save" { &["--snapshot-at", "0.15", "t.snap"] } else { &[] };
         let done = place.run(&[&["--steps", "6"], saved].concat());
         if eye == "destroy" {
-            // Faults at the very end are reported as log lines.
+            // Faults after the last step are reported as log lines.
             assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
             continue;
         }
@@ -99,7 +100,7 @@ fn threads_of_a_plugin_are_kept_out_of_worlds() {
         let place = place(1, "nowhere", "function sysCall_actuation() nosy.thread() end");
         let done = place.run(&["--steps", "4", "--threads", threads]);
         assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
-        // It is a fault of the run and names the library: the host cannot know which plugin started a thread.
+        // The fault names the library, because the host does not know which plugin started a thread.
         assert!(done.errors().iter().all(|e| e["code"] == "F207"));
         done.tells(&[
             &library("tatu_nosy"),

@@ -1,4 +1,5 @@
-//! Tests of the plugin templates: built with the system's compilers as their READMEs say, and used from Lua.
+//! Tests of the plugin templates, which are built with the system's compilers as their READMEs describe, and used from
+//! Lua.
 
 use std::fs;
 
@@ -6,7 +7,7 @@ use serde_json::Value;
 
 use crate::kit::*;
 
-/// Creates a scene that loads the C template and runs a script; `more` is further scene text.
+/// Creates a scene that loads the C template and runs a script; `more` contains further scene entries.
 fn with_c(script: &str, more: &str) -> Place {
     let scene = format!("plugins = [\"template/c_command\"]\n{more}{}", watcher("caller", script));
     let place = Place::scene(&scene);
@@ -64,7 +65,7 @@ fn c_checks_arguments_by_its_declaration() {
         let errors = with_c(&format!("function sysCall_init()\n{call}\nend"), "").run(&["--steps", "1"]).errors();
         let e = &errors[0];
         assert_eq!((e["kind"].as_str(), e["line"].as_u64()), (Some("bad_argument"), Some(2)), "{call}: {e}");
-        assert!(e["message"].as_str().unwrap().contains(name), "{call}: the parameter is not named: {e}");
+        assert!(e["message"].as_str().unwrap().contains(name), "{call}: the error does not name the parameter: {e}");
     }
 }
 
@@ -90,12 +91,12 @@ fn c_waits_for_the_next_step() {
         end";
     let told = told(&with_c(script, ""), &["--steps", "6"]);
     let all = told.concat();
-    // `init` is not a coroutine: it cannot wait, and gets an error.
+    // `init` is not a coroutine, so it cannot wait and gets an error.
     assert_eq!(all[0], "false", "{told:?}");
     for (who, step, time) in [("thread", 1, 0.05), ("thread", 2, 0.10), ("thread", 3, 0.15)] {
         assert!(told[step].contains(&format!("{who} {time:.2}")), "{who} in step {step}: {told:?}");
     }
-    // A coroutine of the script's own continues when the script resumes it, not before a step has passed.
+    // A coroutine created by the script continues when the script resumes it, but not before the next step.
     let own: Vec<&String> = all.iter().filter(|t| t.starts_with("own")).collect();
     assert_eq!(own, ["own 0.05", "own 0.10", "own 0.15"], "{told:?}");
     assert_eq!(all.iter().filter(|t| *t == "done").count(), 1);
@@ -123,7 +124,7 @@ fn c_fails_with_words_of_its_own() {
     done.tells(&["own.lua:3", "not today", "call example.count() instead"]);
 }
 
-/// Checks a free body of 2 kg without gravity that `call` pushes in each step; its velocity is F t / m.
+/// Checks that a body of 2 kg without gravity, which `call` pushes in each step, has the velocity F t / m.
 fn pushed(physics_dt: f64, call: &str, more: &str) {
     let script = format!(
         "function sysCall_init() body, force = sim.getObject('/body'), {{0.6, 0, 0.8}} end
@@ -142,8 +143,8 @@ fn pushed(physics_dt: f64, call: &str, more: &str) {
             "{physics_dt}: {speed} m/s at {} s, {wanted} expected",
             line.time()
         );
-        assert!((x / 0.6 - z / 0.8).abs() < 1e-3 * speed && y.abs() < 1e-9, "its direction is the force's");
-        assert!(line.object::<3>("/body", "angular_velocity").iter().all(|w| w.abs() < 1e-9), "at its centre of mass");
+        assert!((x / 0.6 - z / 0.8).abs() < 1e-3 * speed && y.abs() < 1e-9, "velocity not parallel to the force");
+        assert!(line.object::<3>("/body", "angular_velocity").iter().all(|w| w.abs() < 1e-9), "the body rotates");
     }
 }
 
@@ -156,7 +157,7 @@ fn a_push_of_one_newton_does_what_it_should() {
 
 #[test]
 fn c_reads_a_sonar_through_another_plugin() {
-    // The Pioneer's sonar 4 detects the body, 0.9 m from the robot; before its first measurement, it detects nothing.
+    // Sonar 4 of the Pioneer detects the body 0.9 m from the robot. Before its first measurement it detects nothing.
     let robot = pioneer("function sysCall_init() end", "");
     let call = "local sonar = sim.getObject('/Pioneer_p3dx_ultrasonicSensor4')
         local pushed, seen = example.pushWhenNear(sonar, body, 1.5, force)
@@ -226,7 +227,7 @@ fn lists_name_what_was_found_and_where() {
 
 #[test]
 fn a_rust_sensor_is_read_like_any_other() {
-    // A wall's face 0.5057 m ahead; the template's sensor reports it in steps of 1 cm, then of 10 cm.
+    // The face of the wall is 0.5057 m ahead. The sensor of the template rounds to 1 cm, and then to 10 cm.
     let place = Place::scene(&format!(
         "{}[[object]]\nkind = \"sensor\"\nsensor = \"example_range\"\nalias = \"feeler\"\nstep_m = 0.01\nrange_m = 1.0\n{}",
         cuboid("wall", [1.0, 1.0, 0.2], [0.0, 0.0, 0.6057], ""),

@@ -1,4 +1,4 @@
-//! Tests of plugins: `tatu plugin test` on projects in C and Rust, and every example of the page about it.
+//! Tests of `tatu plugin test` on projects in C and Rust, and of all examples in its page.
 
 use std::{fs, path::PathBuf, process::Command};
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::kit::*;
 
-/// Returns the page about tests for plugin authors.
+/// Returns the text of docs/plugin-authors/testing.md.
 fn page() -> String {
     fs::read_to_string(root().join("docs/plugin-authors/testing.md")).unwrap()
 }
@@ -16,11 +16,11 @@ fn page() -> String {
 fn code(language: &str, n: usize) -> String {
     let page = page();
     let fence = format!("```{language}\n");
-    let piece = page.split(fence.as_str()).nth(n + 1).unwrap_or_else(|| panic!("no piece {n} in {language}"));
+    let piece = page.split(fence.as_str()).nth(n + 1).unwrap_or_else(|| panic!("no block {n} in {language}"));
     piece.split("```").next().unwrap().to_owned()
 }
 
-/// The plugin of the first command.
+/// Returns the source of the plugin in plugin-api/README.md, "The first command".
 fn hello() -> String {
     let readme = fs::read_to_string(root().join("plugin-api/README.md")).unwrap();
     readme.split("```c\n").nth(1).unwrap().split("```").next().unwrap().to_owned()
@@ -37,7 +37,7 @@ impl Tested {
     #[track_caller]
     fn test(&self, name: &str) -> &Value {
         let found = self.json["tests"].as_array().into_iter().flatten().find(|t| t["name"] == name);
-        found.unwrap_or_else(|| panic!("no test `{name}` in {}\n{}", self.json, self.err))
+        found.unwrap_or_else(|| panic!("there is no test `{name}` in {}\n{}", self.json, self.err))
     }
     #[track_caller]
     fn passed(&self, name: &str) {
@@ -53,7 +53,7 @@ impl Tested {
     }
 }
 
-/// Runs `tatu plugin test --json`; cargo builds offline, in the target folder of earlier runs.
+/// Runs `tatu plugin test --json`. Cargo builds offline and reuses the target folder of earlier runs.
 fn test(place: &Place, folder: &str, args: &[&str]) -> Tested {
     let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("testkit");
     let done = Command::new(program())
@@ -71,7 +71,7 @@ fn test(place: &Place, folder: &str, args: &[&str]) -> Tested {
     Tested { code: done.status.code().unwrap_or(-1), json, err: text(&done.stderr) }
 }
 
-/// Creates a crate with a plugin; its dependencies have the versions of this workspace.
+/// Creates a crate with a plugin whose dependencies have the versions in this workspace.
 fn krate(place: &Place, name: &str, more: &str, source: &str) {
     let api = root().join("plugin-api");
     let (api, kit) = (api.display(), api.join("testkit").display().to_string());
@@ -100,7 +100,7 @@ fn the_page_s_tests_in_c_and_its_scene_pass() {
     assert_eq!((tested.code, tested.json["passed"].as_u64()), (0, Some(1)));
     let tested = test(&place, "hello", &["--only", "trebles"]);
     assert!(tested.code == 2 && tested.err.contains("no test with `trebles`"), "{}", tested.err);
-    // The text output has a line for each test.
+    // The human-readable output has one line per test.
     let lines = place.tatu(&["plugin", "test", "hello"]).good().out;
     assert!(
         lines.contains("ok    tests/hello.c  doubles_numbers\n") && lines.ends_with("3 passed, 0 failed\n"),
@@ -108,7 +108,7 @@ fn the_page_s_tests_in_c_and_its_scene_pass() {
     );
 }
 
-/// Tests of a lamp's light level in a scene, each of which fails in a different way.
+/// Tests in C, each of which fails in a different way.
 const WRONG: &str = r#"#include "tatu/test.h"
 #include "tatu/command.h"
 static const char *const sonar = "format = 1\n[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"eye\"\n";
@@ -184,11 +184,11 @@ function sysCall_sensing() assert(sim.getSimulationTime() < 0.04, 'too late') en
     tested.failed("checks", &["1 > 2 does not hold", "0.25 + 0.25 is 0.5, and 1 is 1: 0.5 apart, at most 0.1"]);
     // Failures that were reported before the crash are not lost.
     tested.failed("crashes", &["4 > 5 does not hold", "the test crashed: signal 11"]);
-    tested.failed("hangs", &["has not ended within 10 s"]);
-    tested.failed("leaves", &["ended the process before its end"]);
+    tested.failed("hangs", &["did not end within 10 s"]);
+    tested.failed("leaves", &["ended the process before the test was complete"]);
     tested.failed("field", &["/eye", "no field `proximity.distanse`", "did you mean `proximity.distance`?"]);
     tested.failed("index", &["`proximity.point` has 3 numbers, but index 3 was requested"]);
-    tested.failed("early", &["has not measured yet", "do a step first"]);
+    tested.failed("early", &["has not measured yet", "run a step first"]);
     tested.failed("path", &["there is no object `/eyes`", "did you mean `eye`?"]);
     tested.failed("command", &["no plugin offers the command `hello.twise`", "did you mean `hello.twice`?"]);
     tested.failed("property", &["proximity.rang", "did you mean `proximity.range`?"]);
@@ -295,7 +295,7 @@ const SCENE: &str = \"format = 1\n[[object]]\nkind = 'sensor'\nsensor = 'example
     tested.failed("misspells", &["/feeler", "no field `proximity.distanse`", "proximity.distance"]);
     tested.failed("asserts", &["numbers", "left: 1"]);
     tested.failed("crashes", &["the test crashed: signal 6"]);
-    tested.failed("hangs", &["has not ended within 20 s"]);
+    tested.failed("hangs", &["did not end within 20 s"]);
     tested.failed("finds_no_library", &["libtatu_other", "crate-type", "plugin!("]);
     assert!(!tested.json.to_string().contains("is_ignored"));
 }
@@ -311,7 +311,7 @@ fn projects_of_tatu_new_are_tested_as_they_are() {
     tested.passed("loads");
     tested.passed("empty");
 
-    // A crate with the manifest of the page.
+    // A crate with the manifest shown in the page.
     place.tatu(&["new", "plugin", "ranger", "--lang", "rust", "--kind", "sensor"]).good();
     let manifest = place.read("ranger/Cargo.toml").replace("[lib]\ncrate-type = [\"cdylib\"]\n", "");
     place.write("ranger/Cargo.toml", &format!("{manifest}\n{}", code("toml", 1)));

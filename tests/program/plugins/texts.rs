@@ -1,8 +1,8 @@
-//! Tests of texts by plugins: log lines carry the name of their plugin, and texts are sanitized and truncated.
+//! Tests of texts from plugins: log lines contain the id of their plugin, and texts are sanitised and truncated.
 
 use crate::{kit::made::*, kit::*};
 
-/// Returns a plugin that uses the log, with one command `<name>.one` of this body.
+/// Returns a plugin that uses the log, with a command `<name>.one` that has the given body.
 fn speaker(name: &str, body: &str) -> Source {
     Source::new(name).with(|s| {
         s.before = s.before.replace("return tatu_return(c, tatu_int(1));", body);

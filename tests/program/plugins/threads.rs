@@ -1,11 +1,11 @@
-//! Commands whose results come from threads of their plugin.
+//! Tests of commands whose results are computed by threads of their plugin.
 
 use std::process::Command;
 
 use crate::kit::*;
 
-/// `slow.square(x)` squares a number on a thread, which sleeps a while; `slow.twice()` uses a ticket twice;
-/// `slow.early()` delivers before it waits; `slow.lost()` waits without a ticket.
+/// A plugin with four commands: `slow.square(x)` squares a number on a thread that sleeps for a while; `slow.twice()`
+/// uses a ticket twice; `slow.early()` delivers its result before it waits; `slow.lost()` waits without a ticket.
 const SLOW: &str = r#"
 #define _POSIX_C_SOURCE 200809L
 #include "tatu.h"
@@ -111,7 +111,7 @@ fn a_result_of_a_thread_is_replayed_without_the_thread() {
     }
     let again = place.tatu(&["run", "--replay", "run.log", "--trace", "again.jsonl", "--hashes"]).good();
     assert_eq!(again.err.matches("a thread was started").count(), 0, "{}", again.err);
-    assert_eq!(told(&again.out), told(&done.err), "the same results at the same times");
+    assert_eq!(told(&again.out), told(&done.err), "the replay has different results or times");
     assert_eq!(place.read("t.jsonl"), place.read("again.jsonl"));
 }
 
@@ -119,10 +119,10 @@ fn a_result_of_a_thread_is_replayed_without_the_thread() {
 fn a_ticket_is_used_once_and_a_wait_needs_one() {
     let script = "function sysCall_thread() print('twice ' .. slow.twice()) slow.lost() end";
     let done = with_slow(script).run(&["--steps", "10"]);
-    done.tells(&["twice 7", "a wait until a wake needs a ticket"]);
-    // Outside of a thread, nothing can wait.
+    done.tells(&["twice 7", "a wait for a wake requires a ticket"]);
+    // A script can wait only in its thread, not in `init`.
     let script = "function sysCall_init() slow.square(2) end";
-    with_slow(script).run(&["--steps", "3"]).tells(&["a caller that cannot wait gets no ticket"]);
+    with_slow(script).run(&["--steps", "3"]).tells(&["a caller that cannot wait does not get a ticket"]);
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn a_wait_from_a_snapshot_ends_with_an_error() {
             print('it says ' .. tostring(text))
         end";
     let place = with_slow(script);
-    // The snapshot is taken in the first step, and the thread takes 30 ms.
+    // The snapshot is taken in the first step, while the thread is still computing, which takes 30 ms.
     place.run(&["--steps", "1", "--snapshot-at", "0.05", "half"]);
     let done = place.run(&["--from", "half", "--steps", "10"]);
     done.tells(&["it says", "the result of the thread was lost"]);

@@ -1,6 +1,6 @@
-/* A sensor that calls forbidden functions in the callback that its parameter `where` names; calls that should have
- * been refused and were not print "TRESPASSED". Its command `nosy.thread()` does the same from a thread of its own,
- * `nosy.nulls()` passes null pointers. */
+/* A sensor that calls forbidden functions in the callback selected by its parameter `where`, and prints "TRESPASSED"
+ * for each call that is not refused. The command `nosy.thread()` does the same on a separate thread, and `nosy.nulls()`
+ * passes null pointers. */
 #include <pthread.h>
 #include <stdio.h>
 #include <string.h>
@@ -19,7 +19,7 @@ static void told(tatu_world *w, const char *what, int allowed) {
 
 #define TRY(call) told(w, #call, (call) == TATU_OK)
 
-/* Functions allowed only during a step. */
+/* Calls functions that change the world, which are allowed only during a step. */
 static void act(tatu_world *w, tatu_object o) {
   const tatu_host_signals *signals = host->service(host, TATU_HOST_SIGNALS);
   const tatu_host_events *events = host->service(host, TATU_HOST_EVENTS);
@@ -43,7 +43,7 @@ static void act(tatu_world *w, tatu_object o) {
   TRY(stage->run(w, TATU_STAGE_PHYSICS, 0.05));
 }
 
-/* Functions that read the world; they are forbidden in a batch. */
+/* Calls functions that read the world, which are forbidden in a batch. */
 static void look(tatu_world *w, tatu_object o) {
   const tatu_host_files *files = host->service(host, TATU_HOST_FILES);
   const tatu_host_bodies *bodies = host->service(host, TATU_HOST_BODIES);

@@ -1,5 +1,5 @@
-//! Tests of `tatu plugin why` and `tatu plugin list`: the meaning of names, the folders that are searched, and hidden
-//! plugins. Broken libraries are tested in `broken`.
+//! Tests of `tatu plugin why` and `tatu plugin list`: how names are resolved, which folders are searched, and which
+//! plugins are hidden by others. Broken libraries are tested in `broken`.
 
 #![cfg(target_os = "linux")]
 
@@ -15,7 +15,7 @@ pub fn ask(place: &Place, args: &[&str]) -> Done {
     done
 }
 
-/// A folder with `mine` in it.
+/// Creates a folder that contains an empty folder `mine`.
 pub fn folder() -> Place {
     let place = Place::new();
     fs::create_dir(place.path().join("mine")).unwrap();
@@ -26,14 +26,14 @@ pub fn file(place: &Place, name: &str) -> PathBuf {
     place.path().join("mine").join(library(&format!("tatu_{name}")))
 }
 
-/// Numbers that depend on the compiler.
+/// Replaces numbers that depend on the compiler.
 pub fn without_sizes(text: &str) -> String {
     let number = |w: &str| w.parse::<u64>().is_ok_and(|n| n > 100);
     text.split(' ').map(|w| if number(w) { "SIZE" } else { w }).collect::<Vec<_>>().join(" ")
 }
 
 impl Said {
-    /// Returns the sentence about a plugin that is not loaded, and the advice, which follow the last empty line.
+    /// Returns the last two lines of the output: the reason why a plugin is not loaded, and the help.
     #[track_caller]
     pub fn because(&mut self, tried: &str, place: &Place, args: &[&str]) {
         let done = ask(place, args);
@@ -83,7 +83,7 @@ fn a_plugin_that_is_loaded_is_told_by_name_id_and_file() {
     }
     assert!(out.contains("\n  built for  ABI 0.") && out.contains(", draft 4\n"), "{out}");
     assert!(out.contains("\n  needs      libc.so.6 (/"), "{out}");
-    // The program's own, and the same for programs.
+    // A plugin of the program, with the output as JSON.
     let json = ask(&place, &["tatu.script.lua", "--json"]).good().json();
     assert_eq!((json["loaded"].as_bool(), json["reason"].is_null()), (Some(true), true), "{json}");
     let json = ask(&place, &["nothing", "--json"]).json();
@@ -148,10 +148,10 @@ fn who_hides_a_plugin_is_told() {
     compile(&place, "second", &Source::new("twin").text());
     said.because("the second of an id", &place, &["second"]);
     ask(&place, &["first"]).good();
-    // An id refers to the plugin that is loaded.
+    // If several plugins have the same id, it refers to the one that is loaded.
     let done = ask(&place, &["org.test.twin"]).good();
     assert!(done.out.contains("  hidden by  mine/libtatu_first.so\n"), "{}", done.out);
-    // A plugin that cannot be loaded hides no other.
+    // A plugin that cannot be loaded does not hide others.
     compile(&place, "first", &Source::new("twin").with(|s| s.major = "7".into()).text());
     ask(&place, &["second"]).good();
 }

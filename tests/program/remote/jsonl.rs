@@ -1,4 +1,4 @@
-//! Tests of services from outside: real sockets against the built program.
+//! Tests of services by clients with real sockets, against the built program.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -14,10 +14,10 @@ use serde_json::{Value, json};
 
 use crate::kit::*;
 
-/// Long enough for any answer on a busy machine: a test that reaches this limit fails.
+/// Timeout of all waits, which is long enough for any answer on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A running program with a service that listens.
+/// A running program with a service that listens on a port.
 pub struct Running {
     child: Child,
     pub port: u16,
@@ -26,7 +26,7 @@ pub struct Running {
     out: Receiver<String>,
 }
 
-/// How a running program ended.
+/// The exit status and the output of a program that has ended.
 pub struct Ended {
     pub code: Option<i32>,
     pub err: String,
@@ -57,7 +57,7 @@ impl Running {
         let (err, out) = (lines(child.stderr.take().unwrap()), lines(child.stdout.take().unwrap()));
         let mut before = String::new();
         let port = loop {
-            let Ok(line) = err.recv_timeout(PATIENCE) else { panic!("it never listened:\n{before}") };
+            let Ok(line) = err.recv_timeout(PATIENCE) else { panic!("the program never listened:\n{before}") };
             match line.split_once("jsonl: listening on 127.0.0.1:") {
                 Some((_, port)) => break port.parse().unwrap(),
                 None => before += &format!("{line}\n"),
@@ -68,12 +68,12 @@ impl Running {
     pub fn client(&self) -> Client {
         Client::connect(self.port)
     }
-    /// Sends a signal.
+    /// Sends a signal to the program.
     #[cfg(unix)]
     pub fn signal(&self, name: &str) {
         succeed(Command::new("kill").arg(format!("-{name}")).arg(self.child.id().to_string()));
     }
-    /// Waits for the program to end.
+    /// Waits for the program to exit.
     #[track_caller]
     pub fn end(mut self) -> Ended {
         let began = Instant::now();
@@ -82,7 +82,7 @@ impl Running {
                 Some(status) => break status,
                 None if began.elapsed() > PATIENCE => {
                     self.child.kill().unwrap();
-                    panic!("the program does not end");
+                    panic!("the program does not exit");
                 }
                 None => thread::sleep(Duration::from_millis(5)),
             }
@@ -110,7 +110,7 @@ impl Ended {
     }
 }
 
-/// A connection.
+/// A client's connection.
 pub struct Client {
     to: TcpStream,
     from: BufReader<TcpStream>,
@@ -167,7 +167,7 @@ impl Client {
     pub fn handle(&mut self, name: &str) -> i64 {
         self.call("sim.getObject", json!([name]))[0].as_i64().unwrap()
     }
-    /// Returns whether nothing is received for 150 ms. (An unexpected message would have come at once.)
+    /// Returns whether nothing is received for 150 ms. An unexpected message would arrive immediately.
     pub fn is_silent(&mut self) -> bool {
         self.to.set_read_timeout(Some(Duration::from_millis(150))).unwrap();
         let nothing = self.from.fill_buf().is_err();
@@ -220,7 +220,7 @@ fn two_clients_drive_in_step_and_a_replay_repeats_them() {
         left.call("sim.setJointTargetVelocity", json!([motor_l, 2.0 + 0.1 * (i % 7) as f64]));
         left.send(json!({ "step": 1 }));
         if i == 20 {
-            assert!(left.is_silent(), "time must stand until both have asked");
+            assert!(left.is_silent(), "a step was done before both clients requested it");
         }
         right.call("sim.setJointTargetVelocity", json!([motor_r, 2.5 - 0.1 * (i % 5) as f64]));
         if i == 30 {
@@ -239,9 +239,9 @@ fn two_clients_drive_in_step_and_a_replay_repeats_them() {
     for (line, seen) in lines.iter().zip(&seen) {
         assert_eq!(line.object::<3>("/Pioneer_p3dx", "position").as_slice(), seen);
     }
-    assert!(seen[59][0] > 0.3, "it drove: {:?}", seen[59]);
+    assert!(seen[59][0] > 0.3, "the robot has not driven: {:?}", seen[59]);
 
-    // The log alone suffices, in another folder and with other numbers of threads; a replay's own log is the same.
+    // The log alone is sufficient, in another folder and with any number of threads. The log of a replay is the same.
     let other = Place::new();
     std::fs::copy(place.path().join("run.log"), other.path().join("run.log")).unwrap();
     for threads in ["1", "2"] {
@@ -288,7 +288,7 @@ fn a_client_that_dies_lets_go() {
     // The client disconnects while it holds the world, with a command that waits and half a line.
     one.send(json!({ "call": "sim.wait", "args": [100.0] }));
     other.send(json!({ "step": 10 }));
-    assert!(other.is_silent(), "the other client still holds");
+    assert!(other.is_silent(), "a step was done although the other client holds the run");
     one.send_bytes(b"{\"id\": 7, \"call\": \"sim.get");
     drop(one);
     assert_eq!(other.receive()["step"], 10);
@@ -320,7 +320,7 @@ fn nonsense_is_answered_and_harms_nobody() {
     assert!(client.receive()["error"]["text"].as_str().unwrap().contains("JSON"));
     client.send_bytes(format!("{}1{}\n", "[".repeat(500), "]".repeat(500)).as_bytes());
     assert!(client.receive()["error"]["text"].as_str().unwrap().contains("recursion"));
-    // One byte too long, and much too long, without a line's end for a while.
+    // The lines are one byte too long and much too long.
     for length in [(16 << 20) + 1, 20 << 20] {
         client.send_bytes(&vec![b'x'; length]);
         client.send_bytes(b"\n");
@@ -335,7 +335,7 @@ fn nonsense_is_answered_and_harms_nobody() {
     assert_eq!(wrong["error"]["code"], -2, "{wrong}");
     let world = client.ask(json!({ "world": 3 }));
     assert!(world["error"]["text"].as_str().unwrap().contains("world 3 does not exist"), "{world}");
-    // Bytes that arrive one at a time form a line; several lines may arrive at once.
+    // A line can arrive byte by byte, and several lines can arrive at once.
     for byte in b"{\"id\": 500, \"call\": \"sim.getSimulationTime\"}\n" {
         client.send_bytes(&[*byte]);
     }
@@ -355,7 +355,7 @@ fn a_stop_ends_the_run_in_order() {
     other.stepping();
     let before = other.step(1);
     other.send(json!({ "step": 1_000_000_000 }));
-    // The request must not overtake the steps, since time would stop before they are done.
+    // Waits for the steps, because an earlier request would stop time before they are done.
     while client.ask(json!({ "state": true }))["step"].as_u64().unwrap() <= before {}
     client.ask(json!({ "request": "stop" }));
     let ended = run.end().good();
@@ -386,7 +386,7 @@ fn a_pause_lets_time_stand_until_it_is_lifted() {
     assert_eq!(watching.receive()["event"], "resumed");
     let passed = client.step(3);
     assert!(passed >= before["step"].as_u64().unwrap() + 3);
-    // A script can pause as well: there is a client that can resume.
+    // A script can also pause the run, because there is a client that can resume it.
     client.call("sim.pauseSimulation", json!([]));
     assert_eq!(watching.receive()["event"], "paused");
     client.ask(json!({ "request": "stop" }));
@@ -395,7 +395,7 @@ fn a_pause_lets_time_stand_until_it_is_lifted() {
 
 #[test]
 fn passes_of_scripts_while_time_stands_come_again_in_a_replay() {
-    // The number of calls depends on the clock; the script writes it into the scene.
+    // The number of calls depends on the clock, so the script stores it in the scene.
     let script = "n = 0
         function sysCall_suspended() n = n + 1 sim.setObjectPosition(sim.getObject('/A'), {n, 0, 0}) end";
     let place = Place::scene(&format!(
@@ -452,7 +452,7 @@ fn a_command_that_waits_is_answered_when_it_is_over() {
     client.send(json!({ "step": 1 }));
     assert_eq!(client.receive(), json!({ "id": signal, "result": ["yes"] }));
     assert_eq!(client.receive()["step"], 6);
-    // A wait that never completes is ended when the run ends.
+    // A wait that never completes is cancelled when the run ends.
     let never = client.send(json!({ "call": "sim.wait", "args": [1000.0] }));
     client.send(json!({ "request": "stop" }));
     assert_eq!(client.receive()["result"], json!([]));
@@ -496,7 +496,7 @@ fn users_set_defaults_of_services_for_their_machine() {
     };
     settings(&format!("[service.jsonl]\nport = {port}\n[service.unknown]\nport = 1\n"));
     place.run(&["--steps", "2"]).refused(&["E404", &format!("127.0.0.1:{port}")]);
-    // A scene and the command line override them.
+    // The scene and the command line override these settings.
     place.run(&["--steps", "2", "--service", "jsonl:port=0"]).good();
     settings("[service.jsonl]\nprot = 1\n");
     place.run(&["--steps", "2"]).refused(&["E101", "`prot`", "settings.toml"]);
@@ -504,7 +504,7 @@ fn users_set_defaults_of_services_for_their_machine() {
     place.run(&["--steps", "2"]).refused(&["E101", "`physics`", "[service.ID]", "settings.toml:1"]);
 }
 
-/// A service in C: it does what its parameter says.
+/// A plugin in C with a service whose parameter `how` selects what it does.
 const IN_C: &str = r#"
 #include <stdio.h>
 #include "tatu.h"
@@ -569,7 +569,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJO
   "Odd", "1.0.0", "MIT", 0, init, 0, extension};
 "#;
 
-/// Compiles the service into the scene's folder.
+/// Compiles the plugin in the scene's folder.
 fn odd(place: &Place) {
     place.write("odd.c", IN_C);
     std::fs::create_dir_all(place.path().join("plugins")).unwrap();
@@ -598,10 +598,10 @@ fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
         let e = &errors[0];
         assert_eq!((e["code"].as_str(), e["plugin"].as_str()), (Some("F207"), Some("org.example.odd")), "{e}");
         assert!(e["message"].as_str().unwrap().contains(words) && e["count"] == 1, "{e}");
-        assert_eq!(done.json()["steps"], 10, "the run goes on");
+        assert_eq!(done.json()["steps"], 10, "the run must continue");
     }
     place.run(&["--service", "odd:how=3"]).refused(&["E404", "`odd`", "it will not"]);
-    // It holds the run twice before each step, and wakes the host itself.
+    // The service holds the run twice before each step, and wakes the host itself.
     let done = place.run(&["--steps", "4", "--service", "odd:how=4"]).good();
     assert_eq!(done.err.matches("third turn").count(), 4, "{}", done.err);
 }
@@ -613,11 +613,11 @@ fn the_state_of_a_service_goes_on_from_a_snapshot_and_it_sees_the_end() {
     let service = ["--service", "odd:how=6"];
     let done = place.run(&[&["--steps", "6", "--snapshot-at", "0.15", "t.snap"], &service[..]].concat());
     done.tells(&["turn 6 of 6", "the last turn"]);
-    // The last turn may only read.
+    // In `last`, a service can only read.
     let errors = done.errors();
     assert!(errors.is_empty() || errors[0]["message"].as_str().unwrap().contains("`session.request`"), "{errors:?}");
     let again = place.run(&[&["--from", "t.snap", "--steps", "6"], &service[..]].concat());
-    // Three turns before the snapshot; the new process counts from 0.
+    // The first process had three turns before the snapshot. The new process counts its own turns from 0.
     again.tells(&["turn 4 of 1", "turn 6 of 3"]);
     // Without the service, the world continues.
     place.run(&["--from", "t.snap", "--steps", "6"]).good();
@@ -631,16 +631,16 @@ fn faults_are_told_to_those_who_want_events() {
     client.ask(json!({ "events": true }));
     client.stepping();
     client.send(json!({ "step": 1 }));
-    // Reported at the barrier after the step, before the answer.
+    // The event is delivered at the barrier after the step, before the answer.
     let event = client.receive();
     assert_eq!((&event["event"], &event["payload"]["code"]), (&json!("fault"), &json!("F205")), "{event}");
     assert!(event["payload"]["message"].as_str().unwrap().contains("a fault of mine"), "{event}");
     assert_eq!(client.receive()["step"], 1);
     client.ask(json!({ "request": "stop" }));
-    assert_eq!(run.end().code, Some(1), "as in any run with an error");
+    assert_eq!(run.end().code, Some(1), "a run with an error must exit with 1");
 }
 
-/// A page may make a browser send an HTTP request to the port; its body must not run as commands.
+/// A malicious page can make a browser send an HTTP request to the port. Its body must not be executed as commands.
 #[test]
 fn a_client_whose_first_line_is_no_message_is_refused() {
     let place = arena();
@@ -674,7 +674,7 @@ fn a_token_lets_clients_in() {
     run.end().good();
 }
 
-/// The step cannot be done while the simulation is paused; the client's own next line resumes it.
+/// A step cannot be done while the simulation is paused; the next line of the same client resumes the simulation.
 #[test]
 fn a_step_that_waits_in_a_pause_does_not_keep_the_start_away() {
     let place = arena();

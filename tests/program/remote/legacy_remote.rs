@@ -21,7 +21,7 @@ use crate::{
 
 const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
 
-/// Serves the scene of the first steps.
+/// Serves one of the scenes in `scenes/first`.
 fn served() -> Served {
     Served::new("legacy_remote", SCENE)
 }
@@ -47,7 +47,7 @@ pub fn bindings() -> &'static PathBuf {
     })
 }
 
-/// The beginning of each program: loads the binding alone, without the package around it, and connects.
+/// The beginning of each client program, which loads the binding without the package that contains it, and connects.
 const BEGIN: &str = r#"
 import importlib.util, sys, time, types
 FOLDER = 'BINDINGS/'
@@ -85,7 +85,8 @@ fn client(served: &Served, bindings: &std::path::Path, program: &str) -> Command
     command
 }
 
-/// Runs `scene.toml` of a place with `run.log` as its log; returns the process, its port, and its further messages.
+/// Starts `tatu run scene.toml --log run.log` in `place`. Returns the process, the port of its service, and the rest of
+/// its standard error.
 fn logged(place: &Place) -> (Child, u16, BufReader<ChildStderr>) {
     let mut process = Command::new(program())
         .current_dir(place.path())
@@ -205,7 +206,7 @@ good(vrep.simxSynchronous(client, True))
 good(vrep.simxStartSimulation(client, WAIT))
 print('held', flush=True)
 ";
-    // Between two triggers, between a trigger and its end, and with a stream.
+    // The client is killed between two triggers, between a trigger and its end, and while it has a stream.
     for state in [
         "time.sleep(100)",
         "while True: vrep.simxSynchronousTrigger(client)",
@@ -249,7 +250,8 @@ fn packets_that_lie_cost_only_their_connection() {
         let _ = stream.read_to_end(&mut answer);
         answer
     };
-    // No packet, an empty one, one in the other byte order, a command of impossible size, and half a packet.
+    // Bytes that are not a packet, an empty packet, one with the wrong byte order, a command with an impossible size,
+    // and half a packet.
     for bytes in [
         &b"GET / HTTP/1.1\r\n\r\n"[..],
         &[1, 0, 0, 0, 0, 0],
@@ -259,7 +261,7 @@ fn packets_that_lie_cost_only_their_connection() {
     ] {
         assert!(ask(bytes).is_empty(), "{bytes:?}");
     }
-    // A header alone is answered by a header: nothing was done.
+    // A message with only a header is answered by a header, because it has no command.
     let answer = ask(&[&[1, 0, 18, 0, 0, 0, 0, 0, 11][..], &[7, 0, 0, 0], &[0; 11]].concat());
     assert_eq!((answer.len(), &answer[9..13]), (24, &[0xFF; 4][..]), "{answer:?}");
     let many: Vec<TcpStream> = (0..300).filter_map(|_| TcpStream::connect(("127.0.0.1", served.port)).ok()).collect();
@@ -270,8 +272,8 @@ fn packets_that_lie_cost_only_their_connection() {
     assert!(good(&told).contains("True"));
 }
 
-/// A client in C, as V-REP users write it. The library's header is V-REP's own, so the client declares the functions
-/// that it calls.
+/// A client in C, as V-REP users write it. It declares the functions that it calls itself, because the header of the
+/// library is V-REP's and is not included here.
 const C_CLIENT: &str = r#"
 #include <math.h>
 #include <stdio.h>

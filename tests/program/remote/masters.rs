@@ -1,4 +1,4 @@
-//! Tests of many clients at one barrier: clients of all protocols and a script drive robots of one world.
+//! Tests of several clients at one barrier: clients of all protocols and a script drive robots in one world.
 
 use std::{
     io::{BufRead, BufReader, Read},
@@ -7,7 +7,7 @@ use std::{
 
 use crate::{kit::*, remote::legacy_remote, remote::rosbridge, remote::zmq_remote};
 
-/// Returns six robots; the first one has a script.
+/// Returns six robots, the first of which has a script.
 fn scene() -> String {
     let mut text = String::from(
         "format = 1\n[scene]\nplugins = [\"plugins\"]\n[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n",
@@ -23,7 +23,7 @@ fn scene() -> String {
     text
 }
 
-/// A service in C that drives the last robot.
+/// A plugin in C with a service that drives the last robot.
 const IN_C: &str = r#"
 #include <string.h>
 #include "tatu.h"
@@ -66,8 +66,8 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJO
   "Steers", "1.0.0", "MIT", 0, init, 0, extension};
 "#;
 
-/// Each client drives a robot of its own and lets the steps pass; at the end two of them disconnect, and the third
-/// continues.
+/// A program with three clients, each of which drives a separate robot and releases the steps. At the end two of them
+/// disconnect, and the third continues.
 const PROGRAM: &str = r#"
 import json, socket
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient
@@ -108,7 +108,7 @@ modern.setStepping(False)
 sim.stopSimulation()
 "#;
 
-/// Drives a robot of its own, without waiting for steps, until it is killed.
+/// A program that drives another robot without waiting for steps. It runs until it is killed.
 const DRIVER: &str = r#"
 cmd = roslibpy.Topic(ros, '/robot4/cmd_vel', 'geometry_msgs/Twist')
 i = 0
@@ -158,7 +158,7 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     let mut ports = std::collections::BTreeMap::new();
     while ports.len() < 4 {
         let mut line = String::new();
-        assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+        assert!(err.read_line(&mut line).unwrap() > 0, "the program exited before it listened");
         eprint!("{line}");
         if let Some((service, address)) = line.trim().split_once(": listening on ") {
             ports.insert(service.to_owned(), address.rsplit(':').next().unwrap().to_owned());
@@ -185,10 +185,11 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     assert_eq!(hash(&live), hash(&again.err));
     let log = std::fs::read_to_string(place.path().join("log.jsonl")).unwrap();
     assert!(log.contains("steers"), "the service in C did nothing");
-    assert!(log.contains("tatu.drive"), "no velocity came in before the others ended");
+    assert!(log.contains("tatu.drive"), "no velocity arrived before the others exited");
 }
 
-/// A robot, and a script that drives it if a file says so: both runs that are compared have the same objects.
+/// A robot, and a script that drives it if a file requests this, so that the two runs to be compared have the same
+/// objects.
 const STEERED: &str = r#"
 format = 1
 [[object]]
@@ -218,7 +219,8 @@ end
 """ }
 "#;
 
-/// The same commands at the same barriers: twenty steps, and a stop. The line `READY` starts the simulation.
+/// A program that sends the same commands at the same barriers: for twenty steps, and then a stop. The line `READY` is
+/// replaced by the code that starts the simulation.
 const BY_ZMQ: &str = r#"
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 client = RemoteAPIClient('localhost', PORT)
@@ -264,7 +266,7 @@ for k in range(20):
     ask(step=1)
 ask(request='stop')
 "#;
-/// Waits until the other client holds the barrier, then releases it.
+/// Code that waits until the other client holds the barrier, and then releases it.
 const LET_GO: &str = r#"
 import json, socket
 gate = socket.create_connection(('127.0.0.1', GATE)).makefile('rw')
@@ -294,7 +296,7 @@ fn equal_commands_by_any_protocol_give_equal_hashes() {
         let mut ports = std::collections::BTreeMap::new();
         while !(ports.contains_key("jsonl") && ports.contains_key(service)) {
             let mut line = String::new();
-            assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+            assert!(err.read_line(&mut line).unwrap() > 0, "the program exited before it listened");
             eprint!("{line}");
             if let Some((service, address)) = line.trim().split_once(": listening on ") {
                 ports.insert(service.to_owned(), address.rsplit(':').next().unwrap().to_owned());

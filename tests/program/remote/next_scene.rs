@@ -1,5 +1,5 @@
-//! Tests of `tatu serve` changing scenes: a client that opens an invalid scene gets the error, and no start request is
-//! lost.
+//! Tests of changing the scene of `tatu serve`: a client that opens an invalid scene gets the error, and no start
+//! request is lost.
 
 use std::{
     io::{BufRead, BufReader, Write},
@@ -27,7 +27,7 @@ impl Client {
     }
     fn answer(&mut self) -> Value {
         let mut line = String::new();
-        assert!(self.from.read_line(&mut line).unwrap() > 0, "the program has ended");
+        assert!(self.from.read_line(&mut line).unwrap() > 0, "the program has exited");
         serde_json::from_str(&line).unwrap()
     }
     fn ask(&mut self, message: &Value) -> Value {
@@ -37,7 +37,7 @@ impl Client {
     fn open(&mut self, file: &str) -> Value {
         self.ask(&json!({ "id": 1, "call": "tatu.open", "args": [file] }))
     }
-    /// Returns whether the world reaches a state.
+    /// Polls the world, and returns whether it reaches a state.
     fn comes_to(&mut self, state: &str) -> bool {
         (0..400).any(|_| {
             let there = self.ask(&json!({ "state": true }))["state"] == state;
@@ -90,7 +90,7 @@ fn a_start_right_after_another_scene_is_that_of_the_new_one() {
     let (_place, served) = served();
     let mut client = Client::new(&served);
     for (file, object) in [("other.toml", "/second"), ("good.toml", "/first"), ("other.toml", "/second")] {
-        // Sent together, so that both arrive within one turn of the service.
+        // Both requests are sent together so that they arrive at the same barrier.
         client.send(&json!({ "id": 1, "call": "tatu.open", "args": [file] }));
         client.send(&json!({ "request": "start" }));
         let answers = [client.answer(), client.answer()];

@@ -1,4 +1,4 @@
-//! Tests of rosbridge with the real client from PyPI, and with messages that no client sends.
+//! Tests of rosbridge with the real client from PyPI, and with invalid messages.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -24,12 +24,12 @@ fn served() -> Served {
     Served::with("rosbridge", SCENE, &["--realtime"])
 }
 
-/// Returns a Python with the real client.
+/// Returns a Python interpreter that has the real client.
 pub fn python() -> PathBuf {
     served::python("roslibpy==2.1.0", "roslibpy")
 }
 
-/// The beginning of each program: a connection, and functions to wait.
+/// The beginning of each client program, which connects and defines functions that wait.
 pub const BEGIN: &str = r#"
 import base64, math, os, time
 import roslibpy
@@ -84,7 +84,7 @@ fn a_token_is_asked_for_where_one_is_wanted() {
         .spawn()
         .unwrap();
     let lines = BufReader::new(process.stderr.take().unwrap()).lines();
-    let url = lines.map(Result::unwrap).find(|l| l.starts_with("ws://")).expect("the address with its token is told");
+    let url = lines.map(Result::unwrap).find(|l| l.starts_with("ws://")).expect("no address was printed");
     let (without, _) = url.split_once('?').unwrap();
     assert!(tungstenite::connect(without).unwrap_err().to_string().contains("401"));
     assert!(tungstenite::connect(format!("{without}?token=0")).is_err());
@@ -296,7 +296,7 @@ fn a_goal_goes_to_who_takes_it_and_its_result_comes_back() {
         &json!({ "op": "action_result", "id": goal["id"], "action": "/fib", "values": {}, "status": 5, "result": true }),
     );
     assert_eq!(hear(&mut client)["status"], 5);
-    // A client that disconnects during a goal has aborted it.
+    // If a client disconnects during a goal, the goal is aborted.
     say(&mut client, &json!({ "op": "send_action_goal", "id": "h", "action": "/fib", "args": {} }));
     hear(&mut server);
     drop(server);
@@ -309,7 +309,7 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
     let mut good = socket(&served);
     say(&mut good, &json!({ "op": "call_service", "id": "1", "service": "/rosapi/get_time" }));
     assert_eq!(hear(&mut good)["result"], true);
-    // Each is answered with an error, and the connection continues.
+    // Each message is answered with an error, and the connection remains open.
     for (message, told) in [
         ("nonsense", "not valid JSON"),
         ("[1]", "`op`"),
@@ -326,7 +326,7 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
         let answer = hear(&mut good);
         assert!(answer["op"] == "status" && answer["msg"].as_str().unwrap().contains(told), "{message}: {answer}");
     }
-    // A page of another server, another name of this machine, and a request that is not a WebSocket's.
+    // Requests from a page of another server, with another host name, and without a WebSocket upgrade are refused.
     let ask = |head: &str| {
         let mut stream = served.connect();
         stream.write_all(head.replace("PORT", &served.port.to_string()).as_bytes()).unwrap();
@@ -340,7 +340,8 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
     let renamed = format!("GET / HTTP/1.1\r\nHost: evil.example:PORT\r\n{upgrade}");
     assert!(ask(&renamed).starts_with("HTTP/1.1 421"));
     assert!(ask("GET / HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\n\r\n").starts_with("HTTP/1.1 426"));
-    // A frame that claims 4 GiB, connections that send nothing, and one that is cut in the middle of its frame.
+    // A frame with a claimed size of 4 GiB, connections that send nothing, and one that is closed in the middle of a
+    // frame.
     let mut liar = socket(&served);
     let MaybeTlsStream::Plain(stream) = liar.get_mut() else { unreachable!() };
     let mut frame = vec![0x81, 0xFF];
@@ -376,7 +377,7 @@ fn messages_are_cut_or_cbor_where_a_client_wants_it() {
         }
     }
     let whole: Value = serde_json::from_str(&whole).unwrap();
-    // With the field names of ROS 2, since the type was that of ROS 2.
+    // The message has the field names of ROS 2, because the subscription names the type of ROS 2.
     assert!(
         whole["msg"]["header"]["stamp"]["nanosec"].is_u64() && whole["msg"]["header"].get("seq").is_none(),
         "{whole}"
@@ -388,7 +389,7 @@ fn messages_are_cut_or_cbor_where_a_client_wants_it() {
     );
     loop {
         if let Message::Binary(bytes) = socket.read().unwrap() {
-            // 682 numbers of 32 bits, after the tag of such arrays.
+            // The CBOR tag of an array of 32-bit floats, followed by 682 of them.
             let array = [0xD8, 85, 0x59, ((682_u32 * 4) >> 8) as u8, (682_u32 * 4) as u8];
             assert!(bytes.windows(5).any(|w| w == array), "{} bytes", bytes.len());
             break;

@@ -79,9 +79,9 @@ fn what_is_felt_is_published_in_the_types_of_ros() {
     near(&last["/wrench"]["wrench"]["torque"], XYZ, &[0.0, 1.962, 0.0]);
     near(&last["/battery"], &["voltage", "current", "power_supply_status"], &[11.0, -2.0, 2.0]);
     assert!((last["/battery"]["percentage"].as_f64().unwrap() - 0.5).abs() < 1e-2);
-    assert_eq!(last["/battery"]["capacity"], Value::Null, "not known");
+    assert_eq!(last["/battery"]["capacity"], Value::Null, "the capacity is unknown");
     assert!((last["/fluid_pressure"]["fluid_pressure"].as_f64().unwrap() - (100_000.0 - 11.9)).abs() < 0.2);
-    // The frame is that of the sensor, rotated about the vertical.
+    // The frame of the message is that of the sensor, which is rotated about the vertical.
     let frame = last["/imu"]["header"]["frame_id"].as_str().unwrap();
     let frames = last["/tf"]["transforms"].as_array().unwrap();
     let imu = frames.iter().find(|f| f["child_frame_id"] == frame).unwrap();

@@ -15,7 +15,7 @@ use crate::{
 
 const FIBONACCI: &str = "example_interfaces/action/Fibonacci";
 
-/// Starts a program with a script, and connects a client once the simulation runs.
+/// Starts the program with a script, and connects a client when the simulation runs.
 fn started(place: &Place, kind: &str, script: &str) -> (Served, Socket) {
     place.write(
         "scene.toml",
@@ -37,7 +37,7 @@ fn start(socket: &mut Socket) {
     assert_eq!(hear(socket)["id"], "start");
 }
 
-/// Repeats a message until it succeeds: scripts begin only after the simulation.
+/// Repeats a message until it succeeds, because scripts start shortly after the simulation.
 fn again(socket: &mut Socket, message: &Value, is_failure: impl Fn(&Value) -> bool) -> Value {
     for _ in 0..400 {
         say(socket, message);
@@ -47,7 +47,7 @@ fn again(socket: &mut Socket, message: &Value, is_failure: impl Fn(&Value) -> bo
         }
         std::thread::sleep(Duration::from_millis(50));
     }
-    panic!("not heard within 20 s: {message}");
+    panic!("no successful answer within 20 s: {message}");
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn a_client_gives_goals_to_a_script() {
         json!({ "op": "action_result", "id": "a", "action": "/fib", "values": { "sequence": [0, 1, 1, 2, 3] },
             "status": 4, "result": true })
     );
-    // Without a request for feedback there is none.
+    // No feedback is sent if the goal did not request it.
     say(&mut peer, &goal("b", 4, false));
     assert_eq!(hear(&mut peer)["op"], "action_result");
     say(&mut peer, &goal("c", -1, true));
@@ -234,11 +234,11 @@ end
         (&json!("rgb8"), &json!(1), &json!(2), &json!(3), &json!(0))
     );
     assert_eq!(image["header"]["frame_id"], "lens");
-    // Blue on top, then red, as base64.
+    // The base64 text of an image with blue on top and red below.
     assert_eq!(image["data"], "AAD//wAA");
     say(&mut peer, &json!({ "op": "unsubscribe", "id": "eye", "topic": "/eye" }));
     say(&mut peer, &json!({ "op": "subscribe", "topic": "/old", "type": "sensor_msgs/Image" }));
-    // An image from a client arrives at the script and comes back, also with another channel order.
+    // An image from a client is received by the script and sent back, with either channel order.
     for (encoding, data) in [("rgb8", "AAD//wAA"), ("bgr8", "/wAAAAD/")] {
         say(
             &mut peer,

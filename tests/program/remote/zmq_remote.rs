@@ -1,5 +1,4 @@
-//! Tests of the ZeroMQ remote API with the real client from PyPI, in a virtual environment, and with bytes that no
-//! client sends.
+//! Tests of the ZeroMQ remote API with the real client from PyPI, in a virtual environment, and with invalid bytes.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -17,12 +16,12 @@ use crate::{
 
 const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
 
-/// Serves the scene of the first steps.
+/// Serves one of the scenes in `scenes/first`.
 fn served() -> Served {
     Served::new("zmq_remote", SCENE)
 }
 
-/// Returns a Python with a version of the real client.
+/// Returns a Python interpreter that has the given version of the real client.
 pub fn python(version: &str) -> PathBuf {
     served::python(&format!("coppeliasim-zmqremoteapi-client=={version}"), "coppeliasim_zmqremoteapi_client")
 }
@@ -127,7 +126,8 @@ client.setStepping(True)
 sim.startSimulation()
 print('held', flush=True)
 ";
-    // Between its steps, with a lock, during a step, during a command that waits, and in a callback.
+    // The client is killed between its steps, with a lock, during a step, during a command that waits, and in a
+    // callback.
     for state in [
         "import time; time.sleep(100)",
         "sim.acquireLock(); import time; time.sleep(100)",
@@ -176,7 +176,7 @@ fn frames_that_lie_cost_only_their_connection() {
     let refused = |bytes: &[u8]| {
         let mut stream = served.connect();
         let _ = stream.write_all(bytes);
-        // It is closed, with no answer but a greeting.
+        // The connection is closed, and the only answer is a greeting.
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
         assert!(answer.len() < 200, "{} bytes", answer.len());
@@ -184,11 +184,11 @@ fn frames_that_lie_cost_only_their_connection() {
     refused(&[0x47; 64]);
     refused(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n and so on, for more than a greeting has ....");
     let shaken = |more: &[u8]| [&greeting[..], &ready, more].concat();
-    // A frame that claims 64 GiB, one with unknown flags, and a body without a delimiter.
+    // A frame with a claimed size of 64 GiB, a frame with unknown flags, and a body without a delimiter.
     refused(&shaken(&[1, 0, 2, 0, 0, 0, 16, 0, 0, 0, 0]));
     refused(&shaken(&[0xF0, 1, 0]));
     refused(&shaken(&[0, 1, 0]));
-    // A message that is not a request gets an error, and the connection continues.
+    // A message that is not a request is answered with an error, and the connection remains open.
     let mut stream = served.connect();
     stream.write_all(&shaken(&[1, 0, 0, 1, 0xFF])).unwrap();
     let mut all = vec![0; 64 + 30];
@@ -196,7 +196,7 @@ fn frames_that_lie_cost_only_their_connection() {
     let mut head = [0; 4];
     stream.read_exact(&mut head).unwrap();
     assert_eq!(head[..2], [1, 0], "{head:?}");
-    // A thousand connections that send nothing or half a greeting.
+    // A thousand connections send nothing or half a greeting.
     let quiet: Vec<TcpStream> = (0..1000).filter_map(|_| TcpStream::connect(("127.0.0.1", served.port)).ok()).collect();
     for mut stream in &quiet {
         let _ = stream.write_all(&greeting[..20]);
@@ -246,7 +246,7 @@ except Exception as e:
 "#,
     ));
     assert!(told.is_empty(), "{told}");
-    // The client has left during its function; functions in tables, and of commands that wait for steps.
+    // Functions of clients also work in tables, and in commands that wait for steps.
     let told = good(&client(
         &python,
         &served,
@@ -298,10 +298,10 @@ fn what_clients_did_is_repeated_from_the_log() {
         .unwrap();
     let mut err = BufReader::new(process.stderr.take().unwrap());
     let mut line = String::new();
-    // A warning may come first if the next port is taken.
+    // If the next port is in use, a warning is printed first.
     while !line.contains(": listening on ") {
         line.clear();
-        assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+        assert!(err.read_line(&mut line).unwrap() > 0, "the program exited before it listened");
     }
     let port = line.trim().rsplit(':').next().unwrap().to_owned();
     let program = "

@@ -1,7 +1,7 @@
-//! Tests of the scripts of the 2015 course, unmodified, against the output of the original program.
+//! Tests of the unmodified scripts of the 2015 course, whose output is compared with that of the original program.
 //!
-//! Source: `tests/facts/pioneer.md`, 4. The scripts are not part of the repository and are read from
-//! `../shared/seeds/scripts`.
+//! The expected values are from `tests/facts/pioneer.md`, 4. The scripts are not part of the repository and are read
+//! from `../shared/seeds/scripts`.
 
 use std::{collections::BTreeMap, fmt::Write};
 
@@ -9,7 +9,7 @@ use crate::kit::*;
 
 const ROBOT: &str = "/Pioneer_p3dx";
 
-/// Returns a Pioneer with a script of the course.
+/// Returns a Pioneer with the script `name` of the course.
 fn student(name: &str, more: &str) -> String {
     let text = std::fs::read_to_string(shared(&format!("seeds/scripts/{name}.lua"))).unwrap();
     pioneer(&text, more)
@@ -24,7 +24,7 @@ fn sonars(line: &str) -> Vec<f64> {
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_status_bar_shows_the_original_picture() {
-    // The tutorial's values of sonars 4, 5 and 6; all others are 0.0 throughout.
+    // The values of sonars 4, 5 and 6 in the tutorial. All other sonars are always 0.0 there.
     const ORIGINAL: [[f64; 3]; 8] = [
         [0.0, 0.0, 0.0],
         [0.0, 0.9999, 0.0],
@@ -35,15 +35,15 @@ fn the_status_bar_shows_the_original_picture() {
         [0.9700, 0.9521, 0.9644],
         [0.9604, 0.9426, 0.9548],
     ];
-    // The robot approaches the wall at 11 degrees. Sonar 5 then points straight at it and comes 9.57 mm nearer per step
-    // (the wheels' 9.75 mm times the cosine), as in the original.
+    // The robot approaches the wall at 11 degrees. Sonar 5 is then perpendicular to the wall and comes 9.57 mm closer
+    // per step (the 9.75 mm that the wheels roll, times the cosine), as in the original.
     let robot = student("pioneer_statusbar", "orientation_deg = [0.0, 0.0, 11.0]");
     // The starting point is chosen so that sonar 5 first detects the wall as in the original, just within its range.
     let wall = cuboid("wall", [0.1, 8.0, 1.0], [2.0546, 0.0, 0.5], "respondable = true");
     let lines = Place::scene(&format!("{FLOOR}{wall}{robot}")).trace(&[], &["--seconds", "5"]);
     let all: Vec<Vec<f64>> = lines.iter().map(|l| sonars(l.status()[0])).collect();
-    assert!(all.iter().flatten().all(|d| *d <= 1.0), "nothing is seen beyond 1 m");
-    let first = all.iter().position(|s| s.iter().any(|d| *d > 0.0)).expect("it comes to the wall") - 1;
+    assert!(all.iter().flatten().all(|d| *d <= 1.0), "a sonar has detected something beyond 1 m");
+    let first = all.iter().position(|s| s.iter().any(|d| *d > 0.0)).expect("the robot reaches the wall") - 1;
     let picture = &all[first..first + 8];
     for (ours, theirs) in picture.iter().zip(ORIGINAL) {
         println!("{:?}  original {theirs:?}", &ours[3..6]);
@@ -52,11 +52,12 @@ fn the_status_bar_shows_the_original_picture() {
             assert_eq!(*d > 0.0, shown > 0.0, "sonar {}: {d}, original {shown}", i + 1);
         }
     }
-    // The remaining offset of that choice: our robot is ahead by this much.
+    // The starting point is not exact: the robot is closer to the wall than in the original by this distance.
     let ahead = picture[1][4] - ORIGINAL[1][1];
     for (ours, theirs) in picture.iter().zip(ORIGINAL) {
         for (d, shown) in ours[3..6].iter().zip(theirs) {
-            // The original's cones have eight flat faces and are 1.1 degrees narrower between the edges: up to 3 mm.
+            // The original's cones are pyramids with eight faces, up to 1.1 degrees narrower than a cone. The distances
+            // differ by up to 3 mm.
             let off = if shown > 0.0 { (d - shown - ahead).abs() } else { 0.0 };
             assert!(off < 0.004, "{d} m, original {shown} m, {ahead} m ahead");
         }
@@ -104,7 +105,7 @@ fn the_pose_is_told_as_it_is() {
     let (_, _, told) = runs(&robot, "");
     let lines: Vec<&str> = told.lines().filter_map(|l| l.strip_prefix("[Pose] ")).collect();
     assert_eq!(lines.len(), 203);
-    // Its initial position; the base frame is 0.1388 m above the floor (tests/facts/pioneer.md, 1).
+    // The first line is the initial position. The base frame is 0.1388 m above the floor (tests/facts/pioneer.md, 1).
     assert!(lines[0].starts_with("0.5000 -0.2500 0.138"), "{}", lines[0]);
 }
 
@@ -115,7 +116,7 @@ fn the_log_file_grows_by_two_lines_a_step() {
     let (place, _, _) = runs(&robot, "");
     let log = place.read("usensors-log.log");
     assert_eq!(log.lines().count(), 406);
-    // os.clock() returns simulation time, so that runs are reproducible; it is 0 in the first step.
+    // os.clock() returns the simulated time, which is 0 in the first step, to make runs reproducible.
     assert!(log.lines().nth(1).unwrap().ends_with(" 0.00"), "{log}");
 }
 
@@ -125,7 +126,7 @@ fn signals_pass_from_script_to_script() {
     let robot = student("pioneer_signals", "");
     let reader = std::fs::read_to_string(shared("seeds/scripts/hokuyo_reads_signals.lua")).unwrap();
     let (_, _, told) = runs(&robot, &watcher("Hokuyo", &reader));
-    // Both wheels' speeds, one right after the other: 2 and 2 with nothing in sight.
+    // The script prints the speeds of both wheels without a separator: 2 and 2 if no sonar detects anything.
     assert!(told.lines().any(|l| l.starts_with("[Signals] 22")), "{told}");
 
     let robot = student("pioneer_follows_laser_signal", "");
@@ -134,7 +135,7 @@ fn signals_pass_from_script_to_script() {
             sim.getJointTargetVelocity(sim.getObject('/Pioneer_p3dx_leftMotor')))) end";
     let (_, status, _) = runs(&robot, &watcher("laser", laser));
     assert_eq!(status[0], ["2"]);
-    assert_eq!(status[199], ["-2"], "it turns away from what is near");
+    assert_eq!(status[199], ["-2"], "the robot must turn away from the near object");
 }
 
 #[test]
@@ -153,7 +154,7 @@ fn the_other_scripts_run_on_objects_of_the_same_names() {
     let car = format!(
         "{}[[object]]\nkind = \"joint\"\nalias = \"steer_joint\"\n[[object]]\nkind = \"joint\"\nalias = \"motor_joint\"\n{}",
         watcher("Manta", &manta),
-        // Two keys: up, and s.
+        // A second script sends two keys, up and s.
         watcher(
             "keys",
             "function sysCall_sensing() if sim.getSimulationTime() == 0 then
@@ -163,7 +164,7 @@ fn the_other_scripts_run_on_objects_of_the_same_names() {
     let (place, status, _) = runs(&scanner, &car);
     let keys: Vec<&String> = status.iter().flatten().collect();
     assert_eq!(keys, ["Tecla: 2007", "Tecla: 115"]);
-    // One beam per degree, 181 in total; the wall's face is straight ahead at 1.45 m.
+    // The scan has 181 beams, one per degree. The face of the wall is 1.45 m straight ahead.
     let scan = place.read("dados-sensor.log");
     assert_eq!(scan.lines().count(), 203);
     assert!(scan.lines().all(|l| l.contains("(0.0000;1.4500,)")), "{}", scan.lines().next().unwrap());
@@ -187,9 +188,9 @@ fn the_braitenberg_robot_keeps_moving_and_free() {
             longest = touching.values().copied().fold(longest, u32::max);
         }
         println!("seed {seed}: {path:.2} m, contact {:.2} s, leans {leans:.2} degrees", longest as f64 * 0.05);
-        assert!(path >= 3.0, "seed {seed}: {path} m in a minute");
-        assert!(longest <= 10, "seed {seed}: a contact of {longest} steps");
-        assert!(leans < 3.0, "seed {seed}: it leans {leans} degrees");
+        assert!(path >= 3.0, "seed {seed}: a path of only {path} m in a minute");
+        assert!(longest <= 10, "seed {seed}: a contact lasts {longest} steps");
+        assert!(leans < 3.0, "seed {seed}: the robot leans by {leans} degrees");
     }
 }
 
@@ -210,8 +211,8 @@ function sysCall_sensing()
     end
 end";
 
-/// Returns walls of 10 x 10 m and 8 boxes placed by the seed; every gap, also to the start in the middle, is at least 1
-/// m.
+/// Returns the walls of an arena of 10 x 10 m and 8 boxes whose positions are drawn from the seed. All gaps, including
+/// those to the robot's start in the middle, are at least 1 m.
 fn arena(seed: u64) -> String {
     let mut out = String::new();
     for (i, (size, at)) in
@@ -221,13 +222,14 @@ fn arena(seed: u64) -> String {
     {
         out += &cuboid(&format!("wall_{i}"), [size[0], size[1], 0.6], [at[0], at[1], 0.3], "respondable = true");
     }
-    // Numerical Recipes' linear congruential generator, good enough to place boxes.
+    // The linear congruential generator of Numerical Recipes is good enough to place boxes.
     let mut state = seed;
     let mut draw = |low: f64, high: f64| {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         low + (high - low) * (state >> 11) as f64 / (1u64 << 53) as f64
     };
-    // Circles around the boxes: a gap between circles implies one between boxes. The first is the robot's.
+    // The bounding circles of the robot (first) and of the boxes. A gap between circles guarantees at least that gap
+    // between the boxes.
     let mut placed = vec![[0.0, 0.0, 0.35]];
     while placed.len() < 9 {
         let (sx, sy, turn) = (draw(0.3, 0.8), draw(0.3, 0.8), draw(0.0, 180.0));

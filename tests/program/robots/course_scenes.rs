@@ -1,9 +1,9 @@
-//! Tests of the ten scripts of the 2015 course, unmodified, in the scenes made for them: their output on the status
-//! bar, on consoles and in files is compared with the geometry of the poses in the trace.
+//! Tests of the ten unmodified scripts of the 2015 course in the scenes created for them. Their output on the status
+//! bar, on consoles and in files is compared with values computed from the poses in the trace.
 //!
-//! The scripts are not part of the repository and are read from `../shared/seeds/scripts`; the room is
-//! `scenes/course/parts/arena.toml`, the ring's cones are those of the robot's README (15 degrees to each side, 1 m,
-//! at most 72 degrees to a surface's normal).
+//! The scripts are not part of the repository and are read from `../shared/seeds/scripts`. The room is
+//! `scenes/course/parts/arena.toml`. The cones of the sonar ring are described in the robot's README: 15 degrees to
+//! each side, a range of 1 m, and at most 72 degrees to a surface's normal.
 
 use std::path::PathBuf;
 
@@ -29,8 +29,7 @@ fn seed(name: &str) -> PathBuf {
     shared(&format!("seeds/scripts/{name}.lua"))
 }
 
-/// A scene of the course that was run in a folder of its own, with added objects and scripts; the trace, and all other
-/// output.
+/// The output of a scene of the course that was run in a separate folder, with added objects and scripts.
 struct Ran {
     place: Place,
     lines: Vec<Line>,
@@ -61,7 +60,7 @@ impl Ran {
     }
 }
 
-/// A box of the room: size, centre, rotation.
+/// A box of the room: size (m), centre (m), and rotation about the vertical (degrees).
 type Block = ([f64; 3], [f64; 3], f64);
 
 const ROOM: [Block; 6] = [
@@ -82,7 +81,7 @@ fn rotate([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| v[i] + w * t[i] + s[i])
 }
 
-/// Returns where a ray meets the outside of a box: distance, and cosine of the angle to the face's normal.
+/// Intersects a ray with the outside of a box. Returns the distance, and the cosine of the angle to the face's normal.
 fn ray(block: &Block, from: [f64; 3], along: [f64; 3]) -> Option<(f64, f64)> {
     let (size, at, turn) = block;
     let (s, c) = turn.to_radians().sin_cos();
@@ -106,8 +105,8 @@ fn ray(block: &Block, from: [f64; 3], along: [f64; 3]) -> Option<(f64, f64)> {
     (enter > 0.0 && enter <= leave).then_some((enter, cosine))
 }
 
-/// Returns what a sonar measures at a pose: the distance to the nearest point of any surface in its cone. All surfaces
-/// are vertical, so that point is at the sonar's height, and rays fanned out in that plane suffice.
+/// Returns the reading of a sonar at a pose: the distance to the nearest point of any surface in its cone. All surfaces
+/// are vertical, so this point is at the height of the sonar, and a fan of rays in that plane is sufficient.
 fn sonar(at: [f64; 3], q: [f64; 4]) -> Option<f64> {
     let ahead = rotate(q, [0.0, 0.0, 1.0]);
     let heading = ahead[1].atan2(ahead[0]);
@@ -130,7 +129,7 @@ fn sonar_paths() -> Vec<String> {
 fn compare_sonars(ran: &Ran, told: &[Vec<f64>]) {
     let paths = sonar_paths();
     assert_eq!(told.len(), ran.lines.len());
-    assert!(told[0].iter().all(|d| *d == 0.0), "nothing was measured before the first step");
+    assert!(told[0].iter().all(|d| *d == 0.0), "a sonar has a reading before the first step");
     let (mut seen, mut worst) = (0, 0.0_f64);
     for (now, line) in told[1..].iter().zip(&ran.lines) {
         for (d, path) in now.iter().zip(&paths) {
@@ -140,18 +139,18 @@ fn compare_sonars(ran: &Ran, told: &[Vec<f64>]) {
                     seen += 1;
                     worst = worst.max((d - want).abs());
                 }
-                // At the edge of its range, both results are valid.
+                // At the ends of the range, the sonar may or may not detect the surface.
                 Some(want) => {
-                    assert!(!(0.052..=0.997).contains(&want), "{path} at {}: nothing instead of {want}", line.time())
+                    assert!(!(0.052..=0.997).contains(&want), "{path} at {}: no reading instead of {want}", line.time())
                 }
                 None => {
-                    assert!(*d == 0.0 || *d > 0.997 || *d < 0.052, "{path} at {}: {d} instead of nothing", line.time())
+                    assert!(*d == 0.0 || *d > 0.997 || *d < 0.052, "{path} at {}: {d}, expected nothing", line.time())
                 }
             }
         }
     }
     println!("{seen} readings, off by at most {:.2} mm", worst * 1e3);
-    assert!(seen > 500 && worst < 0.002, "{seen} readings, off by {worst} m");
+    assert!(seen > 500 && worst < 0.002, "{seen} readings with errors up to {worst} m");
 }
 
 /// Returns the sixteen numbers of a line `S[1]=0.0 S[2]=...`.
@@ -160,14 +159,14 @@ fn sonars_of(line: &str) -> Vec<f64> {
     parts.map(|(i, p)| p.strip_prefix(&format!("S[{}]=", i + 1)).unwrap().parse().unwrap()).collect()
 }
 
-/// 20 s, and the three passes from the stop request to the end.
+/// The number of passes in 20 s, and three more from the stop request to the end.
 const PASSES: usize = 400 + 3;
 
 #[test]
 fn every_scene_runs_with_its_own_script() {
     for (name, _) in ALL {
         assert_eq!(course(name, "", &[], &[], "20").lines.len(), PASSES, "{name}");
-        // The file of each scene begins with what to try.
+        // The comment at the top of each scene describes what to try.
         let text = std::fs::read_to_string(root().join(format!("scenes/course/{name}.toml"))).unwrap();
         assert!(text.starts_with("# ") && text.contains("What to try:"), "{name}");
     }
@@ -209,14 +208,14 @@ fn the_console_tells_the_pose_of_the_trace() {
         let numbers: Vec<f64> =
             text.replace("# ", "").replace("Orientacao:", "").split_whitespace().map(|n| n.parse().unwrap()).collect();
         let (p, [x, y, z, w]) = (line.object::<3>(ROBOT, "position"), line.object::<4>(ROBOT, "quaternion"));
-        // Euler angles about x, the new y and the new z, of the matrix Rx Ry Rz.
+        // Euler angles about x, the rotated y and the rotated z, for the rotation matrix Rx Ry Rz.
         let alpha = f64::atan2(-2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
         let beta = f64::asin(2.0 * (x * z + w * y));
         let gamma = f64::atan2(-2.0 * (x * y - w * z), 1.0 - 2.0 * (y * y + z * z));
         // The script divides by 3.1415936.
         let want = [p[0], p[1], p[2], alpha, beta, gamma, gamma * 180.0 / 3.1415936];
         for (i, (a, b)) in numbers.iter().zip(want).enumerate() {
-            // Four digits, and numbers that the old API passes as floats.
+            // The tolerance allows for four printed digits, and for single-precision floats in the old API.
             assert!((a - b).abs() < 5.1e-5 + b.abs() * 1e-7, "{i}: {a} instead of {b}");
         }
         assert_eq!(numbers.len(), 7);
@@ -235,7 +234,7 @@ fn the_log_file_tells_readings_speeds_and_simulation_time() {
     assert_eq!(rows.len(), 2 * ran.lines.len());
     let mut told = Vec::new();
     for (k, pair) in rows.chunks(2).enumerate() {
-        // "nil" is followed directly by the next number, numbers by a tab.
+        // Numbers are followed by a tab, but "nil" directly by the next number.
         let row: Vec<f64> = pair[0]
             .replace("nil", "0\t")
             .split_terminator('\t')
@@ -258,7 +257,7 @@ fn the_log_file_tells_readings_speeds_and_simulation_time() {
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn signals_are_those_of_the_same_step() {
     let (robot, reader) = (seed("pioneer_signals"), seed("hokuyo_reads_signals"));
-    // Our own listener prints the signals with separators, and the wheels' target speeds in the same step.
+    // This listener prints the signals with separators, and the target speeds of the wheels in the same step.
     let listener = "
         if sim_call_type == sim_childscriptcall_sensing then
             local l, r = simGetFloatSignal('GVLeft'), simGetFloatSignal('GVRight')
@@ -271,7 +270,7 @@ fn signals_are_those_of_the_same_step() {
     let printed = ran.console("Signals").concat();
     let (mut rest, mut slow) = (printed.as_str(), 0);
     for line in &ran.lines {
-        // tests/facts/call-order.md, 4: what actuation sets, sensing of the same step reads.
+        // See tests/facts/call-order.md, 4: sensing reads the values that actuation has set in the same step.
         let numbers: Vec<f64> = line.status()[0].split(' ').map(|n| n.parse().unwrap()).collect();
         let [l, r, a, b] = numbers[..] else { panic!("{numbers:?}") };
         assert!((l - a).abs() < 1e-6 && (r - b).abs() < 1e-6, "{} s: {numbers:?}", line.time());
@@ -283,11 +282,11 @@ fn signals_are_those_of_the_same_step() {
             rest = &rest[text.len()..];
         }
     }
-    assert!(slow > 50, "it meets something: {slow}");
+    assert!(slow > 50, "the robot was slowed down by obstacles in only {slow} steps");
     assert_eq!(rest, "");
 }
 
-/// Returns the ways a number may be printed: with all its digits, or with 14, as Lua 5.1 did.
+/// Returns the two forms in which a number may be printed: with all its digits, or with 14 as in Lua 5.1.
 fn texts(number: f64) -> [String; 2] {
     let digits = (13.0 - number.abs().max(1e-300).log10().floor()).clamp(0.0, 30.0) as usize;
     let short = format!("{number:.digits$}");
@@ -320,14 +319,14 @@ fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
     let mut worst = 0.0_f64;
     for (scan, line) in scans.iter().zip(&ran.lines) {
         let (p, q) = (line.object::<3>(&scanner, "position"), line.object::<4>(&scanner, "quaternion"));
-        // The ray starts at the model's origin (in V-REP's `World-Sick180-Log`, joint and laser are where the base is).
+        // The ray starts at the model's origin, because V-REP's `World-Sick180-Log` has the joint and the laser there.
         let from = p;
-        assert_eq!(scan.len(), 181, "in a room every ray meets something");
+        assert_eq!(scan.len(), 181, "in a room every ray must hit something");
         for (angle, d) in scan {
             let (s, c) = angle.to_radians().sin_cos();
             let along = rotate(q, [c, s, 0.0]);
             let want = ROOM.iter().filter_map(|b| ray(b, from, along)).map(|(d, _)| d).fold(f64::INFINITY, f64::min);
-            // A ray close to an edge may go either way, since the angle is written with four digits.
+            // A ray close to an edge may hit or miss it, because the angle is written with only four digits.
             if (d - want).abs() > 0.001 {
                 let beside = [-1e-4_f64, 1e-4].map(|e| {
                     let (s, c) = (angle.to_radians() + e).sin_cos();
@@ -341,10 +340,10 @@ fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
         }
     }
     println!("scans are off by at most {:.3} mm", worst * 1e3);
-    assert!(worst < 2e-4, "off by {worst} m");
+    assert!(worst < 2e-4, "the largest error is {worst} m");
     let mut turns = 0;
     for (k, line) in ran.lines.iter().enumerate() {
-        // tests/facts/call-order.md, 4: what sensing sets, actuation of the next step reads.
+        // See tests/facts/call-order.md, 4: actuation reads the values that sensing has set in the previous step.
         let least = if k == 0 { 1000.0 } else { scans[k - 1].iter().map(|s| s.1).fold(1000.0, f64::min) };
         let want = if least < 0.5 { -2.0 } else { 2.0 };
         turns += usize::from(want < 0.0);
@@ -352,14 +351,15 @@ fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
             assert_eq!(line.status()[0].parse::<f64>().unwrap(), want, "step {k}: {least} m");
         }
     }
-    assert!(turns > 10, "it comes to a wall: {turns}");
+    assert!(turns > 10, "the robot turned in only {turns} steps");
 }
 
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_manta_obeys_keys() {
     let file = seed("manta_keyboard_statusbar");
-    // Five times left is 0.5 rad, then s; the scripts' messages have the form that a keyboard produces.
+    // The key "left" is sent five times, which steers by 0.5 rad, and then s. The messages have the form of keyboard
+    // messages.
     let hand = "
         if sim_call_type == sim_childscriptcall_sensing then
             local step = math.floor(simGetSimulationTime() / 0.05 + 0.5)
@@ -373,7 +373,7 @@ fn the_manta_obeys_keys() {
     let r = radius(at(200), at(260), at(320));
     assert!((r / 1.098 - 1.0).abs() < 0.05, "0.5 rad: a radius of {r} m");
     let rest = f64::hypot(at(499)[0] - at(460)[0], at(499)[1] - at(460)[1]);
-    assert!(rest < 0.005, "s stops it: {rest} m in two seconds");
+    assert!(rest < 0.005, "the car has moved {rest} m in the two seconds after s");
     let keys: Vec<&str> = ran.lines.iter().flat_map(|l| l.status()).collect();
     assert_eq!(keys, ["Tecla: 2009", "Tecla: 2009", "Tecla: 2009", "Tecla: 2009", "Tecla: 2009", "Tecla: 115"]);
 }
@@ -386,6 +386,6 @@ fn the_avoiding_robot_of_the_course_stays_free() {
     let places: Vec<[f64; 3]> = ran.lines.iter().map(|l| l.object(ROBOT, "position")).collect();
     let way: f64 = places.windows(2).map(|w| f64::hypot(w[1][0] - w[0][0], w[1][1] - w[0][1])).sum();
     assert!(way > 3.0, "{way} m in a minute");
-    // The room's walls are at 3 m, and the robot extends at least 0.15 m to its sides.
+    // The walls of the room are at 3 m, and the robot extends at least 0.15 m to its sides.
     assert!(places.iter().all(|p| p[0].abs() < 2.85 && p[1].abs() < 2.85));
 }

@@ -1,4 +1,4 @@
-//! Reads a robot as saved by the program, object by object, for tests of models.
+//! Reads the objects of a robot from a scene saved by the program, for tests of models.
 
 use toml_edit::{DocumentMut, Item, Table};
 
@@ -12,13 +12,13 @@ pub struct Object {
     table: Table,
 }
 
-/// The robot.
+/// The robot: all objects of its saved scene, parents first.
 pub struct Robot {
     pub objects: Vec<Object>,
     place: Place,
 }
 
-/// A mesh: points, and triangles that are counter-clockwise seen from outside.
+/// A mesh: points, and triangles whose vertices are counter-clockwise when seen from outside.
 pub type Mesh = (Vec<[f64; 3]>, Vec<[usize; 3]>);
 
 /// A pose: position, and quaternion x y z w.
@@ -43,7 +43,7 @@ impl Robot {
     /// Returns the object with an alias.
     pub fn get(&self, alias: &str) -> &Object {
         let found = self.objects.iter().find(|o| o.alias == alias);
-        found.unwrap_or_else(|| panic!("no object {alias}"))
+        found.unwrap_or_else(|| panic!("there is no object {alias}"))
     }
     /// Returns the alias of an object's parent; empty if it has none.
     pub fn parent(&self, object: &Object) -> &str {
@@ -98,7 +98,7 @@ impl Object {
     pub fn number(&self, key: &str) -> f64 {
         self.numbers(key)[0]
     }
-    /// Returns a Boolean property; those that default to false are omitted from the file if they are false.
+    /// Returns a Boolean property; false if the key is missing, because false is the default and is not written.
     pub fn is(&self, key: &str) -> bool {
         self.table.get(key).and_then(Item::as_bool) == Some(true)
     }

@@ -1,5 +1,6 @@
-//! Tests of the Manta's driving against closed forms: a wheel of 0.09 m at 10 rad/s rolls 0.9 m/s; with a wheelbase of
-//! 0.6 m the middle of the rear axle, where the base frame is, stays 0.6 / tan(steering) from the centre of the circle.
+//! Tests of the Manta's driving against closed forms. Wheels with a radius of 0.09 m at 10 rad/s move it at 0.9 m/s.
+//! With a wheelbase of 0.6 m, the middle of the rear axle, which is the origin of the base, moves on a circle with a
+//! radius of 0.6 / tan(steering).
 
 use crate::kit::*;
 
@@ -20,7 +21,7 @@ fn drive(speed: f64, steering: f64, seconds: &str) -> Vec<Line> {
     Place::scene(&car(&script)).trace(&[CAR, "/steer_joint"], &["--seconds", seconds])
 }
 
-/// Returns the signed radius of the circle through three points of the plane; the sign is the side of its centre.
+/// Returns the signed radius of the circle through three points of the plane; positive if the centre is on the left.
 pub fn radius(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
     let side = |p: [f64; 3], q: [f64; 3]| f64::hypot(p[0] - q[0], p[1] - q[1]);
     let cross = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -74,7 +75,7 @@ fn the_steering_has_its_speed_and_its_limit() {
     assert!((11.0..=14.1).contains(&angles(3)[0]), "{:?}", angles(3));
     let end = angles(39);
     assert!((end[0] - 30.0).abs() < 0.3, "{end:?}");
-    // Ackermann: 0.6 tan 30 / (0.6 -+ 0.175 tan 30), the inner wheel first.
+    // Ackermann steering: tan(angle) is 0.6 tan 30 / (0.6 -+ 0.175 tan 30), for the inner wheel first.
     for (angle, y) in [(end[1], 0.175), (end[2], -0.175)] {
         let t = end[0].to_radians().tan();
         let want = f64::atan2(0.6 * t, 0.6 - y * t).to_degrees();
@@ -87,7 +88,7 @@ fn a_follower_without_a_leader_is_told() {
     let joint = "[[object]]\nkind = \"joint\"\nalias = \"j\"\nfollows = \"/nobody\"\n";
     Place::scene(joint).run(&["--steps", "1"]).good().tells(&["/j", "/nobody"]);
     let odd = "[[object]]\nkind = \"joint\"\nalias = \"j\"\nfollow_curve = [1.0, 2.0, 3.0]\n";
-    assert_eq!(Place::scene(odd).run(&["--steps", "1"]).code, 2, "pairs are pairs");
+    assert_eq!(Place::scene(odd).run(&["--steps", "1"]).code, 2, "an odd number of values must be refused");
 }
 
 #[test]

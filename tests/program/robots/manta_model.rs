@@ -10,14 +10,14 @@ fn meshes_are_closed_and_face_outwards() {
     meshes.iter().for_each(is_closed);
 }
 
-/// The axle of a front wheel, perpendicular to its heading, meets the line of the rear axle where that of the steering
-/// does, 0.6 m / tan(steering) to the left.
+/// The line through the axle of each front wheel intersects the line of the rear axle at the same point,
+/// 0.6 m / tan(steering) to the left.
 #[test]
 fn front_wheels_turn_about_one_point() {
     let car = Robot::new("manta", "");
     for (side, y) in [("l", 0.175), ("r", -0.175)] {
         let curve = car.get(&format!("f{side}_steer_joint")).numbers("follow_curve");
-        assert_eq!(curve.len(), 98, "24 segments to each side");
+        assert_eq!(curve.len(), 98, "the curve must have 24 segments to each side");
         assert!((curve[0].to_degrees() + 30.0).abs() < 1e-9 && (curve[96].to_degrees() - 30.0).abs() < 1e-9);
         for pair in curve.chunks(2) {
             let (steering, angle) = (pair[0], pair[1]);

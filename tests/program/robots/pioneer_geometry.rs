@@ -35,7 +35,8 @@ fn a_positive_speed_of_both_motors_drives_ahead() {
     }
 }
 
-/// Local poses, copied from the file's list of objects (w x y z, x y z), with the caster's link rotated as here.
+/// Local poses (w x y z, x y z), copied from the objects of V-REP's file. The caster's link is rotated as in this
+/// model.
 #[test]
 fn local_positions_are_the_files_within_a_millimetre() {
     let rows = [
@@ -86,7 +87,7 @@ fn collision_boxes_keep_clear_of_floor_and_wheels() {
         for (size, at) in robot.get("Pioneer_p3dx").parts() {
             let z = at[2] + 0.1388 - size[2] / 2.0;
             low = low.min(z);
-            // Below the deck the boxes must fit between the wheels, whose inner faces are 0.1405 from the middle.
+            // Below the deck the boxes must fit between the wheels, whose inner faces are 0.1405 m from the middle.
             if z < 0.195 {
                 assert!(size[1] / 2.0 < 0.1405 - 0.002, "{size:?}");
             }

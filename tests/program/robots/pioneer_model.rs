@@ -1,6 +1,6 @@
 //! Tests of the Pioneer model: its tree, its masses, and which shapes collide and are visible.
 //!
-//! Source: V-REP's model and the data sheets, `tests/facts/pioneer.md`.
+//! The expected values are from V-REP's model and the data sheets (`tests/facts/pioneer.md`).
 
 use super::flat::Robot;
 use crate::kit::*;
@@ -49,7 +49,7 @@ fn the_tree_is_the_files() {
             assert_eq!(object.kind, kind, "{alias}");
             assert_eq!(robot.parent(object), parent, "{alias}");
         }
-        assert_eq!(robot.objects[0].alias, "Pioneer_p3dx", "the base comes first");
+        assert_eq!(robot.objects[0].alias, "Pioneer_p3dx", "the base must be the first object");
         assert!(robot.objects[0].is("model_base"));
         for slot in 1..=11 {
             robot.get(&format!("Pioneer_p3dx_connection{slot}"));
@@ -75,7 +75,7 @@ fn masks_and_inertias_are_the_files() {
         ("Pioneer_p3dx_leftWheel", 1.5, [0.03, 0.03, 0.06], Some(65295.0)),
         ("Pioneer_p3dx_rightWheel", 1.5, [0.03, 0.03, 0.06], Some(65295.0)),
         ("Pioneer_p3dx_caster_link", 1.0, [0.016, 0.016, 0.019984], None),
-        // The file's 0.0070088 about z is physically impossible.
+        // The value of V-REP's file about z, 0.0070088 kg m^2, is physically impossible.
         ("Pioneer_p3dx_caster_wheel", 0.25, [0.0010192, 0.0010192, 0.002], Some(65295.0)),
     ];
     for (alias, mass, inertia, mask) in rows {
@@ -87,7 +87,8 @@ fn masks_and_inertias_are_the_files() {
             assert_eq!(o.number("respondable_mask"), mask, "{alias}");
         }
     }
-    // Within the robot nothing collides: base and wheels by the low byte; wheels and caster are far apart.
+    // No parts of the robot collide: the low bytes of base and wheels have no common bit, and the wheels are far from
+    // the caster.
     assert_eq!((65520 & 65295) & 0xFF, 0);
 }
 
@@ -113,10 +114,10 @@ fn motors_hold_still_with_the_files_torque() {
         for side in ["left", "right"] {
             let motor = robot.get(&format!("Pioneer_p3dx_{side}Motor"));
             assert_eq!(motor.text("type"), "revolute");
-            assert!(!motor.has("mode"), "dynamic is the default");
+            assert!(!motor.has("mode"), "`mode` must have its default, dynamic");
             assert_eq!(motor.text("control"), "velocity");
             assert_eq!(motor.number("max_force_nm"), 3.0);
-            assert!(!motor.has("target_velocity_deg_s"), "0 is the default");
+            assert!(!motor.has("target_velocity_deg_s"), "`target_velocity_deg_s` must have its default, 0");
         }
         for n in [1, 2] {
             let joint = robot.get(&format!("Pioneer_p3dx_caster_freeJoint{n}"));
@@ -164,7 +165,7 @@ fn every_parameter_stands_in_the_readme() {
         let readme = std::fs::read_to_string(root().join("models").join(id).join("README.md")).unwrap();
         for param in model["parameters"].as_array().unwrap() {
             let key = param["name"].as_str().unwrap();
-            // `sick` is another name of a model, whose README has them.
+            // `sick` is an alias of another model, whose README describes the parameters.
             assert!(id == "sick" || readme.contains(&format!("`{key}`")), "{id}: {key}");
         }
     }

@@ -1,14 +1,15 @@
-//! Tests of how the Pioneer drives and rests, against the behaviour of the original program.
+//! Tests that the Pioneer drives and rests as in the original program.
 //!
-//! Source: `tests/facts/pioneer.md`, 3. On the clean floor, both motors at 2 rad/s: 0.19495 m/s, pure
-//! rolling being 2 * 0.0975 = 0.195; 1 and 2 rad/s: 0.29465 rad/s, pure rolling 0.0975 / 0.331 = 0.29456; at rest it
-//! creeps by 0.5 to 3 mm in 10 s.
+//! The measurements are from `tests/facts/pioneer.md`, 3, on an empty floor. With both motors at 2 rad/s the robot
+//! moves at 0.19495 m/s (pure rolling: 2 * 0.0975 = 0.195). With 1 and 2 rad/s it turns at 0.29465 rad/s (pure rolling:
+//! 0.0975 / 0.331 = 0.29456). At rest it creeps by 0.5 to 3 mm in 10 s.
 
 use crate::kit::*;
 
 const ROBOT: &str = "/Pioneer_p3dx";
 
-/// Variants that must not change how it drives: the preset (wheels and track are the same), the physics step.
+/// Variants of preset and physics step. The presets have the same wheels and track, so the robot drives in the same
+/// way.
 const VARIANTS: [(&str, &str); 4] = [
     ("", ""),
     ("", "preset = \"as the data sheet\""),
@@ -16,7 +17,8 @@ const VARIANTS: [(&str, &str); 4] = [
     ("physics_dt_s = 0.005\n", "preset = \"as the data sheet\""),
 ];
 
-/// Drives a robot with its motors at given speeds (rad/s); returns position and heading at time 0 and after each step.
+/// Drives a robot with the given motor speeds, rad/s. Returns time (s), position (m) and heading (rad) at the start and
+/// after each step.
 fn drive(variant: (&str, &str), left: f64, right: f64, seconds: f64) -> Vec<(f64, [f64; 3], f64)> {
     let script = format!(
         "function sysCall_init()
@@ -31,7 +33,7 @@ fn drive(variant: (&str, &str), left: f64, right: f64, seconds: f64) -> Vec<(f64
     std::iter::once(start).chain(rows).collect()
 }
 
-/// Returns the row of a time.
+/// Returns the row at the given time.
 fn at(rows: &[(f64, [f64; 3], f64)], time: f64) -> (f64, [f64; 3], f64) {
     *rows.iter().find(|r| (r.0 - time).abs() < 1e-6).unwrap()
 }
@@ -40,13 +42,13 @@ fn at(rows: &[(f64, [f64; 3], f64)], time: f64) -> (f64, [f64; 3], f64) {
 fn straight_as_the_wheels_roll() {
     for variant in VARIANTS {
         let rows = drive(variant, 2.0, 2.0, 24.0);
-        // As in the source: from 2 s after the start, for 8 s.
+        // As in the reference, the speed is measured from 2 s to 10 s after the start.
         let ((_, a, _), (_, b, _)) = (at(&rows, 2.0), at(&rows, 10.0));
         let speed = f64::hypot(b[0] - a[0], b[1] - a[1]) / 8.0;
         println!("{variant:?}: {speed:.5} m/s");
         assert!((speed / 0.195 - 1.0).abs() < 0.005, "{variant:?}: {speed} m/s");
-        // It starts along x, so its lateral error is y.
-        let four = rows.iter().find(|r| r.1[0] >= 4.0).expect("it drives 4 m");
+        // The robot starts along x, so its lateral error is y.
+        let four = rows.iter().find(|r| r.1[0] >= 4.0).expect("the robot drives 4 m");
         println!("{variant:?}: {:.2} mm to the side in 4 m", four.1[1] * 1e3);
         assert!(four.1[1].abs() < 0.01, "{variant:?}: {} m to the side", four.1[1]);
     }
@@ -69,8 +71,8 @@ fn stays_where_it_stands() {
         let rows = drive(variant, 0.0, 0.0, 10.0);
         let most = rows.iter().map(|(_, p, _)| f64::hypot(p[0], p[1])).fold(0.0, f64::max);
         println!("{variant:?}: {:.3} mm in 10 s", most * 1e3);
-        assert!(most < 0.003, "{variant:?}: it creeps {most} m");
+        assert!(most < 0.003, "{variant:?}: the robot creeps by {most} m");
         let turned = rows.iter().map(|(_, _, h)| h.abs()).fold(0.0, f64::max);
-        assert!(turned < 0.01, "{variant:?}: it turns by {turned} rad");
+        assert!(turned < 0.01, "{variant:?}: the robot turns by {turned} rad");
     }
 }

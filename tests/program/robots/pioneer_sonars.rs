@@ -1,4 +1,4 @@
-//! Tests of the Pioneer's sonar ring: its poses are those of the file, and no sonar detects its own robot.
+//! Tests of the Pioneer's sonar ring: its poses are those of V-REP's file, and no sonar detects its own robot.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,7 +11,7 @@ fn sensor(robot: &Robot, n: usize) -> &Object {
     robot.get(&format!("Pioneer_p3dx_ultrasonicSensor{n}"))
 }
 
-/// Copied from the file's own list of objects, by sensor number: w x y z, x y z in the visible body's frame.
+/// Poses of the sensors (w x y z, x y z) in the frame of the visible body, copied from V-REP's file.
 #[rustfmt::skip]
 const FILE: [(usize, [f64; 4], [f64; 3]); 16] = [
     (8, [0.707094, 0.70712, 0.0, 0.0], [0.106405, -0.138144, 0.068101]),
@@ -39,7 +39,7 @@ fn the_ring_is_the_files() {
         let o = sensor(&robot, n);
         let p = o.numbers("position_m");
         assert!((0..3).all(|i| close(p[i], position[i], 0.1e-3)), "{n}: {p:?} {position:?}");
-        // Quaternions q and -q are the same rotation; those of the file deviate by up to 0.7 milliradians (sensor 12).
+        // The quaternions q and -q are the same rotation. Those of V-REP's file deviate by up to 0.7 mrad (sensor 12).
         let q = o.numbers("quaternion");
         let off = |sign: f64| {
             let pairs = [x, y, z, w].into_iter().zip(&q);
@@ -62,12 +62,12 @@ fn sonars_look_horizontally_along_their_headings() {
             let z = f.direction([0.0, 0.0, 1.0]);
             let y = f.direction([0.0, 1.0, 0.0]);
             assert!((0..3).all(|k| close(z[k], [c, s, 0.0][k], 1e-9)), "{}: {z:?}", i + 1);
-            assert!(close(y[2], 1.0, 1e-9), "{}: y is up", i + 1);
+            assert!(close(y[2], 1.0, 1e-9), "sensor {}: the y axis does not point up", i + 1);
         }
     }
 }
 
-/// The ring as reported by V-REP itself, m and degrees (tests/facts/pioneer.md, 1).
+/// The poses equal those that V-REP reports, in m and degrees (tests/facts/pioneer.md, 1).
 #[test]
 fn the_ring_is_the_one_measured_in_the_program() {
     const RING: [(f64, f64, f64); 16] = [
@@ -98,7 +98,8 @@ fn the_ring_is_the_one_measured_in_the_program() {
     }
 }
 
-/// Half of ARIA's numbers (tests/facts/pioneer.md, 2): the table is symmetric, left to right.
+/// The poses equal those in ARIA's table (tests/facts/pioneer.md, 2). Only half of them are listed, because the table
+/// is symmetric.
 #[test]
 fn the_data_sheets_ring_is_aria_s() {
     let robot = sheet();
@@ -128,7 +129,7 @@ fn beams_are_what_the_parameters_say() {
     for n in 1..=16 {
         let o = sensor(&robot, n);
         assert_eq!((o.text("sensor"), o.text("volume")), ("proximity", "cone"));
-        assert!(close(o.number("range_m"), 1.0, 1e-12), "the far cap of the file");
+        assert!(close(o.number("range_m"), 1.0, 1e-12), "the range of V-REP's file");
         assert_eq!((o.number("near_m"), o.number("min_range_m")), (0.005, 0.05));
         assert!(close(o.number("angle_deg"), 30.0, 1e-9) && close(o.number("max_incidence_deg"), 72.0, 1e-9));
         assert!(o.is("skip_own_model"));
@@ -144,7 +145,7 @@ fn beams_are_what_the_parameters_say() {
     );
 }
 
-/// The floor: cones of 15 degrees to each side meet it at 75 degrees or more from its normal.
+/// No sonar detects the floor: cones of 15 degrees to each side reach it at 75 degrees or more from its normal.
 #[test]
 fn the_normal_limit_keeps_the_floor_out() {
     let robot = vrep();
@@ -153,10 +154,10 @@ fn the_normal_limit_keeps_the_floor_out() {
     assert!(o.number("max_incidence_deg").to_radians() < steepest);
     let height = robot.frame(o).point([0.0; 3])[2];
     let reach = height / (o.number("angle_deg").to_radians() / 2.0).sin();
-    assert!(reach < o.number("range_m"), "without the limit the floor is seen from {reach} m on");
+    assert!(reach < o.number("range_m"), "without the limit the floor would be detected from {reach} m on");
 }
 
-/// Returns points spread over everything that beams can detect of the robot, in the world frame.
+/// Returns points on all surfaces of the robot that beams can detect, in the world frame.
 fn seen(robot: &Robot) -> Vec<[f64; 3]> {
     let mut out = Vec::new();
     let base = robot.frame(robot.get("Pioneer_p3dx"));
@@ -195,7 +196,7 @@ fn no_part_of_the_robot_enters_a_cone() {
             let o = sensor(&robot, n);
             let f = robot.frame(o);
             let (p, z) = (f.point([0.0; 3]), f.direction([0.0, 0.0, 1.0]));
-            // The edge of the cone, with a margin of one degree.
+            // The cosine of the half angle of the cone, with a margin of one degree.
             let edge = (o.number("angle_deg").to_radians() / 2.0 + 1f64.to_radians()).cos();
             for q in &points {
                 let d: [f64; 3] = std::array::from_fn(|k| q[k] - p[k]);

@@ -1,4 +1,4 @@
-//! Tests of propellers and of water against closed forms, in the engine.
+//! Tests of the actuators `propeller` and `buoyancy` against closed forms.
 
 use crate::kit::*;
 
@@ -14,7 +14,7 @@ fn actuator(kind: &str, more: &str) -> String {
 
 #[test]
 fn a_propeller_lifts_and_turns_its_hull() {
-    // Half the greatest speed: a quarter of 40 N. The drag torque turns the hull against the rotor.
+    // At half the maximum speed the thrust is a quarter of 40 N. The drag torque rotates the hull against the rotor.
     let propeller = actuator(
         "propeller",
         "max_speed_rad_s = 1000.0\nmax_thrust_n = 40.0\ntorque_per_thrust_m = 0.02\nspeed_rad_s = 500.0\n\
@@ -32,7 +32,7 @@ fn a_propeller_lifts_and_turns_its_hull() {
 
 #[test]
 fn the_momentum_of_a_lagging_propeller_is_exact() {
-    // w(t) = W (1 - e^(-t/tau)): the impulse is the integral of k w^2.
+    // The rotor's speed is w(t) = W (1 - e^(-t/tau)), and the impulse is the integral of k w^2.
     let (tau, most) = (0.2, 40.0);
     let propeller = actuator(
         "propeller",
@@ -50,7 +50,8 @@ fn the_momentum_of_a_lagging_propeller_is_exact() {
 
 #[test]
 fn a_hull_heaves_as_its_waterline_says() {
-    // 16 kg over 0.16 m^2 of water: 0.1 m deep, half of the hull. Pushed down, it swings at sqrt(rho g A / m).
+    // A hull of 16 kg with an area of 0.16 m^2 sinks in by 0.1 m, half of its height. When pushed down, it oscillates
+    // at sqrt(rho g A / m).
     let water = actuator("buoyancy", "size_m = [0.4, 0.4, 0.2]");
     let at = hull(16.0, "").replace("[0.0, 0.0, 0.0]", "[0.0, 0.0, 0.03]");
     let lines =
@@ -65,7 +66,7 @@ fn a_hull_heaves_as_its_waterline_says() {
 
 #[test]
 fn drag_brakes_exactly_as_much_as_it_says() {
-    // In a current of 1 m/s, a floating hull is carried along: v = 1 - e^(-D t / (2 m)), with half of it in the water.
+    // A current of 1 m/s carries a floating hull along. With half of the hull in the water, v = 1 - e^(-D t / (2 m)).
     let water = actuator(
         "buoyancy",
         "size_m = [0.4, 0.4, 0.2]\ncurrent_m_s = [1.0, 0.0, 0.0]\nlinear_drag = [32.0, 0.0, 0.0, 0.0, 0.0, 0.0]",

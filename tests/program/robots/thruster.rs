@@ -1,7 +1,7 @@
-//! Tests of actuators: thrusters against the closed form, and actuators of a plugin in C whose source is here.
+//! Tests of actuators: thrusters against closed forms, and actuators of a plugin in C that is part of this file.
 //!
-//! The engine integrates by semi-implicit Euler within each of its steps: under a constant force velocities are exact,
-//! and the position is ahead of the closed form by at most half an engine step times the velocity gained.
+//! The engine integrates each physics step by semi-implicit Euler. Under a constant force velocities are therefore
+//! exact, and the position is ahead of the closed form by at most half a physics step times the velocity gained.
 
 use std::{path::Path, process::Command, sync::Arc};
 
@@ -15,7 +15,7 @@ use crate::kit::*;
 const MASS: f64 = 2.0;
 const G: f64 = 9.81;
 
-/// Returns a box of 2 kg, 0.2 m long, without contacts; `more` are further keys.
+/// Returns a cube of 2 kg and 0.2 m that does not collide; `more` contains further keys.
 fn hull(more: &str) -> String {
     cuboid("hull", [0.2, 0.2, 0.2], [0.0, 0.0, 5.0], &format!("dynamic = true\nmass_kg = {MASS}\n{more}"))
 }
@@ -48,14 +48,14 @@ fn a_constant_thrust_lifts_as_the_closed_form_says() {
             let last = lines.last().unwrap();
             ahead.push(last.object::<3>("/hull", "position")[2] - (5.0 + 0.5 * a * last.time().powi(2)));
         }
-        // The method is of first order: half the step, half the error.
+        // The method is of first order, so half the step gives half the error.
         assert!((ahead[0] / ahead[1] - 2.0).abs() < 1e-3, "{kind}: {ahead:?}");
     }
 }
 
 #[test]
 fn a_lag_follows_the_closed_form() {
-    // F(t) = F (1 - e^(-t/tau)), so v = F/m (t - tau (1 - e^(-t/tau))) - g t.
+    // With F(t) = F (1 - e^(-t/tau)), the velocity is v = F/m (t - tau (1 - e^(-t/tau))) - g t.
     let (force, tau) = (24.0, 0.4);
     for kind in ["thruster", "thruster_substep"] {
         let jet = thruster(kind, "jet", "thrust_n = 24.0\ntime_constant_s = 0.4");
@@ -71,14 +71,14 @@ fn a_lag_follows_the_closed_form() {
 
 #[test]
 fn a_thruster_beside_the_centre_turns_the_hull() {
-    // r x F = (r, 0, 0) x (0, 0, F) = (0, -r F, 0); a cube's inertia is m s^2 / 6.
+    // The torque is (r, 0, 0) x (0, 0, F) = (0, -r F, 0), and the inertia of a cube is m s^2 / 6.
     let (r, force) = (0.1, 0.5);
     let alpha = -r * force / (MASS * 0.04 / 6.0);
     let scene = |kind: &str| {
         let jet = thruster(kind, "jet", "thrust_n = 0.5\nposition_m = [0.1, 0.0, 0.0]");
         Place::scene(&format!("gravity_m_s2 = [0.0, 0.0, 0.0]\nphysics_dt_s = 0.005\n{}{jet}", hull("")))
     };
-    // The velocity under a force that turns with the body: v = F/m times the integral of (sin, cos) of the angle.
+    // Under a force that rotates with the body, the velocity is F/m times the integral of (sin, cos) of the angle.
     let closed = |t: f64| {
         let (n, mut v) = (20_000, [0.0; 2]);
         for i in 0..n {
@@ -103,7 +103,7 @@ fn a_thruster_beside_the_centre_turns_the_hull() {
             assert!(x.abs() + z.abs() < 1e-9);
         }
     }
-    // With ten times as many evaluations, it follows the turn more closely.
+    // The second kind is evaluated ten times as often and therefore follows the rotation more closely.
     assert!(errors[1] < errors[0] / 5.0, "{errors:?}");
 }
 
@@ -138,7 +138,7 @@ fn scripts_command_by_name_within_bounds_and_are_told_of_mistakes() {
     let scene = format!("{}{}{}", hull(""), thruster("thruster", "jet", "thrust_n = 3.5"), watcher("pilot", script));
     let lines = Place::scene(&scene).trace(&["/hull"], &["--steps", "2"]);
     let v = lines.iter().map(|l| l.object::<3>("/hull", "linear_velocity")[2]).collect::<Vec<_>>();
-    assert!((v[1] - v[0] - (5.0 - G) * 0.05).abs() < 1e-9, "a parameter that is set takes effect: {v:?}");
+    assert!((v[1] - v[0] - (5.0 - G) * 0.05).abs() < 1e-9, "the parameter that was set has no effect: {v:?}");
 }
 
 #[test]
@@ -199,7 +199,7 @@ fn a_robot_with_a_thruster_changes_no_other() {
     }
 }
 
-/// Returns the plugins beside the built program, and those of a folder.
+/// Loads the plugins next to the built program, and those in a folder.
 fn registry() -> Arc<Registry> {
     let names = ["tatu_commands_vrep", "tatu_scripts_lua", "tatu_actuators_thruster"];
     Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
@@ -247,8 +247,8 @@ fn a_stop_brings_commands_parameters_and_removed_thrusters_back() {
     assert_eq!(runs[0], runs[2]);
 }
 
-/// Actuators in C: a motor that applies its command as the effort of its joint, evaluated once per step or before each
-/// engine step; `fail` makes it fail in three ways. Two more kinds are faulty.
+/// A plugin in C with actuators: a motor that applies its command as the effort of its joint, evaluated once per step
+/// or before each physics step, and two faulty kinds. The command `fail` makes the motor fail in one of three ways.
 const MOTOR: &str = r#"
 #include "tatu.h"
 #include <math.h>
@@ -293,7 +293,7 @@ static tatu_status init(const tatu_host *host, void **self, tatu_error *error) {
   key = scene->prop(host, "motor.effort");
   return TATU_OK;
 }
-/* Adds to a motor's effort through the functions for scalar properties. */
+/* Increases the effort of a motor, through the functions for scalar properties. */
 static tatu_status add(tatu_call *call) {
   tatu_object object = tatu_arg_object(call, 0);
   double x = 0;
@@ -321,7 +321,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
   .init = init, .extension = extension};
 "#;
 
-/// Creates a scene that loads the C plugin.
+/// Creates a scene beside the built C plugin.
 fn with_motor(scene: &str) -> Place {
     let place = Place::scene(&format!("plugins = [\".\"]\ngravity_m_s2 = [0.0, 0.0, 0.0]\n{scene}"));
     place.write("motor.c", MOTOR);
@@ -332,7 +332,7 @@ fn with_motor(scene: &str) -> Place {
     place
 }
 
-/// Returns a static base, a joint along z, and a body of 2 kg on it; the motor is a child of the joint.
+/// Returns a static base, a joint along z with a motor of this kind as a child, and a body of 2 kg on the joint.
 fn jointed(kind: &str, joint: &str, more: &str) -> String {
     format!(
         "{}[[object]]\nkind = \"joint\"\ntype = \"{joint}\"\nalias = \"axle\"\nparent = \"/base\"\n
@@ -344,7 +344,7 @@ fn jointed(kind: &str, joint: &str, more: &str) -> String {
 
 #[test]
 fn an_effort_in_c_moves_its_joint() {
-    // A cube's inertia is m s^2 / 6.
+    // The inertia of a cube is m s^2 / 6.
     for (joint, effort, per_unit, what, axis) in [
         ("revolute", 0.02, 1.0 / (MASS * 0.04 / 6.0), "angular_velocity", 2),
         ("prismatic", 3.0, 1.0 / MASS, "linear_velocity", 2),
@@ -411,7 +411,7 @@ fn a_failing_actuator_in_c_is_switched_off_and_named_once() {
             let message = e["message"].as_str().unwrap();
             let off = "the actuator /base/axle/motor is switched off";
             assert!(message.contains(text) && message.contains(off), "{kind} {value}: {message}");
-            // The motor was driven until it failed, and coasts afterwards.
+            // The motor drives the body up to the failure; afterwards the body coasts.
             let lines = place.lines("trace.jsonl");
             let spin = |i: usize| lines[i].object::<3>("/base/axle/load", "angular_velocity")[2];
             assert!(spin(3) > 1.9 * spin(1) && (spin(19) - spin(4)).abs() < 1e-6, "{kind} {value}");
@@ -452,7 +452,7 @@ fn lists_tell_of_actuators() {
 
 #[test]
 fn what_a_thruster_remembers_stands_in_a_snapshot() {
-    // At 0.3 s the lag is in the middle of its rise.
+    // At 0.3 s the lagged thrust is still rising.
     let more = "thrust_n = 40.0\ntime_constant_s = 0.4";
     let place = Place::scene(&format!("{}{}", hull(""), thruster("thruster", "jet", more)));
     let hash = |more: &[&str]| {

@@ -64,7 +64,7 @@ fn place(card: &str) -> Place {
 fn what_a_model_does_is_measured_written_and_graded() {
     let card = measure("fall", 4.905, "") + &measure("mass", 3.0, "params = { mass_kg = 3.0 }");
     let place = place(&card);
-    // Nothing is written yet.
+    // The card contains no measured values yet.
     let first = place.tatu(&["measure", "cart"]);
     assert_eq!(first.code, 1);
     assert!(first.out.contains("not recorded: use --write") && first.out.contains("grade B"), "{}", first.out);
@@ -75,7 +75,7 @@ fn what_a_model_does_is_measured_written_and_graded() {
     let told = place.tatu(&["describe", "cart", "--json"]).good().json();
     assert!(told["grade"].as_str().unwrap().starts_with("A: "), "{told}");
     assert_eq!((&told["measures"][1]["measured"], &told["not_shown"][0]), (&3.0.into(), &"air".into()));
-    // First the card deviates from the measurement, then the measurement from the data sheet.
+    // First the value recorded in the card differs from the measurement, then the measurement from the data sheet.
     let stale = place.read("models/cart/card.toml").replace("measured = 3.0\n", "measured = 3.05\n");
     place.write("models/cart/card.toml", &stale);
     let said = place.tatu(&["measure", "cart"]);
@@ -116,7 +116,7 @@ fn mistakes_in_cards_name_the_line() {
         (&measure("a", 0.0, ""), ["error[E104]", "`within`"]),
         (&measure("a", 1.0, "tolerance = -1"), ["error[E102]", "greater than 0"]),
         ("", ["error[E104]", "no [[measure]]"]),
-        (&measure("a", 1.0, "measured = \"much\""), ["error[E102]", "`measured` is not a number"]),
+        (&measure("a", 1.0, "measured = \"much\""), ["error[E102]", "`measured` is not a finite number"]),
         ("measure = 1\n", ["error[E102]", "[[measure]]"]),
         ("[[measure]\n", ["error[E100]", "card.toml:3"]),
     ] {

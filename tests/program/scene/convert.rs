@@ -1,4 +1,4 @@
-//! Tests of converting scenes of any format to scene files: the same scene, bit for bit, and readable text.
+//! Tests that scenes of any format are converted to readable scene files that give bit-identical runs.
 
 use std::{fs, path::PathBuf};
 
@@ -47,7 +47,7 @@ fn files_of_vrep_stay_the_same() {
     assert_eq!(count, 41);
 }
 
-/// Every property of an object, and names, bytes and references that are easily lost.
+/// A conversion preserves every property of an object, and also names, bytes and references that are easily lost.
 #[test]
 fn every_kind_of_value_comes_back() {
     let text = r#"
@@ -105,7 +105,7 @@ fn every_kind_of_value_comes_back() {
     let place = Place::scene(text);
     place.tatu(&["check", "scene.toml"]).good();
     place.tatu(&["convert", "scene.toml", "out.toml"]).good();
-    // Converting the result again changes nothing: the text is complete.
+    // Converting the result again gives the same text.
     place.tatu(&["convert", "out.toml", "again.toml"]).good();
     let (out, again) = (place.read("out.toml"), place.read("again.toml"));
     assert_eq!(out, again.replace("again_files", "out_files"));

@@ -1,4 +1,4 @@
-//! Tests of many bodies at once: a wall that stands, and robots that are not affected by the number of others.
+//! Tests of many bodies at once: a wall does not collapse, and the number of other robots does not affect a robot.
 
 use std::{collections::BTreeSet, sync::Arc};
 
@@ -12,7 +12,7 @@ use crate::{
 const ROWS: usize = 20;
 const COLUMNS: usize = 25;
 
-/// Returns the positions of 500 bricks of 0.2 x 0.1 x 0.1 m, odd rows shifted by a quarter brick, touching exactly.
+/// Returns the positions of 500 bricks of 0.2 x 0.1 x 0.1 m that touch exactly. Odd rows are offset by a quarter brick.
 fn bricks() -> Vec<[f64; 3]> {
     let at = |row: usize, column: usize| {
         let shift = if row % 2 == 1 { 0.05 } else { 0.0 };
@@ -21,8 +21,8 @@ fn bricks() -> Vec<[f64; 3]> {
     (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| at(row, column))).collect()
 }
 
-/// Limits: bricks shift at most 3 mm sideways, the top of the wall sinks at most 5 mm. Friction is 0.5; softer contacts
-/// would let it sink by 60 mm.
+/// No brick shifts sideways by more than 3 mm, and none sinks by more than 5 mm. With softer contacts the wall would
+/// sink by 60 mm. The friction is 0.5.
 #[test]
 fn a_wall_of_500_bricks_stands() {
     let mut scene = format!("physics_dt_s = 0.005\n{FLOOR}")
@@ -47,7 +47,7 @@ fn a_wall_of_500_bricks_stands() {
     }
 }
 
-/// Creates a row of robots, 10 m apart, each driving a curve of its own.
+/// Creates a row of `n` robots, 10 m apart, each of which drives a different curve.
 fn robots(n: usize) -> Place {
     let mut scene = FLOOR.to_owned();
     for i in 0..n {
@@ -62,7 +62,7 @@ fn robots(n: usize) -> Place {
     Place::scene(&scene)
 }
 
-/// From 64 joints on, the engine could solve those without a motor in parallel and in another order.
+/// Above 63 joints, the engine could solve those without a motor in parallel and in a different order.
 #[test]
 fn a_robot_moves_the_same_among_many() {
     let registry = registry();
@@ -74,7 +74,7 @@ fn a_robot_moves_the_same_among_many() {
             world.step();
         }
         let driven = world.observe("/r0").unwrap().pose[0];
-        assert!(driven > 0.01, "it drives: {driven} m");
+        assert!(driven > 0.01, "the robot has driven only {driven} m");
         world.hash().subtree("/r0")
     };
     let alone = hash(1);
@@ -83,7 +83,7 @@ fn a_robot_moves_the_same_among_many() {
     }
 }
 
-/// A ball of a compound slides on a slope where the box beside it would stick: parts have their own friction.
+/// Each part of a compound has its own friction: the ball slides on a slope on which the box would stick.
 #[test]
 fn parts_of_a_compound_have_their_own_friction() {
     let slope = |friction: &str| {
@@ -100,13 +100,13 @@ fn parts_of_a_compound_have_their_own_friction() {
         }
         world.observe("/sledge").unwrap().pose[0]
     };
-    assert!(slope("").abs() < 1e-3, "friction 1 holds it: {}", slope(""));
-    // Without friction: a t^2 / 2, within the error of a first-order step.
+    assert!(slope("").abs() < 1e-3, "the compound slides with friction 1: {}", slope(""));
+    // Without friction the distance is a t^2 / 2, within the error of a first-order integrator.
     let slid = slope(", friction = 0.0");
     assert!((slid - 2.0).abs() < 0.05, "4 m/s^2 for 1 s: {slid} m");
 }
 
-/// Runs 700 noisy sonars among boxes: enough for threads to share the sensors.
+/// Runs 700 noisy sonars among boxes, which are enough to be distributed over several threads.
 #[test]
 fn many_sensors_measure_the_same_on_any_number_of_threads() {
     let mut scene = String::from("seed = 5\n");

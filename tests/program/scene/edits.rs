@@ -1,4 +1,5 @@
-//! Tests of edits by clients of a stopped world: undone, redone, saved to the text of the scene, and read again.
+//! Tests of edits that clients make in a stopped world: they are undone, redone, saved into the scene file, and read
+//! again.
 
 use std::{
     fs,
@@ -55,13 +56,13 @@ impl Editor {
         Editor { from: BufReader::new(to.try_clone().unwrap()), to, _program: program }
     }
     fn ask(&mut self, message: &Value) -> Value {
-        // In one piece: a message in several packets waits for the acknowledgement of the first.
+        // The message is written at once, because the second of several packets would wait for an acknowledgement.
         self.to.write_all(format!("{message}\n").as_bytes()).unwrap();
         let mut line = String::new();
-        assert!(self.from.read_line(&mut line).unwrap() > 0, "the program has ended");
+        assert!(self.from.read_line(&mut line).unwrap() > 0, "the program has exited");
         serde_json::from_str(&line).unwrap()
     }
-    /// Calls a command; returns its results, or its error.
+    /// Calls a command and returns its results or its error.
     fn attempt(&mut self, name: &str, args: Value) -> Result<Value, String> {
         let answer = self.ask(&json!({ "id": 1, "call": name, "args": args }));
         match answer.get("error") {
@@ -86,7 +87,7 @@ impl Editor {
     fn path(&mut self, object: &Value) -> String {
         self.call("sim.getObjectAlias", json!([object, 2])).as_str().unwrap().to_owned()
     }
-    /// Returns all settable properties by path, rounded, and the scripts with their objects.
+    /// Returns one line for each settable property, with its path and rounded value, and one for each script.
     fn all(&mut self) -> Vec<String> {
         let mut out = Vec::new();
         for object in self.call("tatu.list", json!([])).as_array().unwrap().clone() {
@@ -130,7 +131,7 @@ fn scene(place: &Place) -> String {
     fs::read_to_string(place.path().join("scene.toml")).unwrap()
 }
 
-/// Returns the lines of a text that another one lacks.
+/// Returns the lines of `text` that `other` does not contain.
 fn lines_beside<'a>(text: &'a str, other: &str) -> Vec<&'a str> {
     text.lines().filter(|l| !other.lines().any(|o| o == *l)).collect()
 }
@@ -187,7 +188,7 @@ fn moving_a_box_changes_one_line_of_the_file() {
     assert_eq!(lines_beside(&saved, SCENE), ["position_m = [0.25, 0.1, 0.41]   # near the edge"]);
     assert_eq!(saved.lines().count(), SCENE.lines().count());
     assert_eq!(e.call("tatu.edits", json!([]))["unsaved"], false);
-    // When the object is moved back, the file is the same as before.
+    // When the move is undone and saved, the file equals the original.
     e.call("tatu.undo", json!([]));
     assert_eq!(e.call("tatu.edits", json!([]))["unsaved"], true);
     e.attempt("tatu.saveScene", json!([])).unwrap();
@@ -245,8 +246,8 @@ fn a_file_that_others_changed_is_not_overwritten_unasked() {
     assert!(!scene(&place).contains("# mine") && !other.exists());
 }
 
-/// A stop reverts edits during a run, except for texts of scripts; older edits can then be undone again, and no effects
-/// of scripts are saved.
+/// Stopping a run reverts the edits that were made during it, except for those of script texts. Earlier edits can then
+/// be undone again, and effects of scripts are not saved.
 #[test]
 fn a_stop_takes_back_what_was_edited_in_a_run() {
     let place = place();
@@ -279,13 +280,13 @@ fn a_stop_takes_back_what_was_edited_in_a_run() {
     assert_eq!(e.call("tatu.undo", json!([])), "Move table");
 }
 
-/// Random edits, saved every few edits: reading the file yields what was saved.
+/// Makes random edits and saves after every few of them. Reading the file must yield the saved state.
 #[test]
 fn whatever_was_edited_is_read_again() {
     for seed in 0..3_u64 {
         let place = place();
         let mut e = Editor::open(&place, &[]);
-        // A linear congruential generator (Knuth, MMIX) is enough to choose edits.
+        // A linear congruential generator (Knuth's MMIX) is good enough to choose edits.
         let mut state = seed;
         let mut random = move |n: usize| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -1,4 +1,4 @@
-//! Tests of changes to models by scenes: slots, `remove`, `replace`.
+//! Tests of the changes that scenes make to models: slots, `remove`, `replace`.
 
 use super::folder_models::{CLAW, flat, has, object, place};
 use crate::kit::*;
@@ -14,12 +14,12 @@ fn devices_go_into_slots() {
     has(&text, "nose", &["parent = \"front\"", "size_m = [0.5, 0.02, 0.02]", "position_m = [0.0, 0.0, 0.1]"]);
     has(&text, "eye", &["parent = \"top\"", "range_m = 3.0"]);
     has(&text, "mark", &["parent = \"top\""]);
-    // A parameter of a device in a slot is set by its path.
+    // A parameter of a device in a slot can be set by its path.
     let text = flat(&place, &["--set", "/a/front/nose.reach_m=0.25"]);
     has(&text, "nose", &["size_m = [0.25, 0.02, 0.02]"]);
 }
 
-/// A sensor replaces another one, both in a model built by a plugin and in one without code.
+/// A sensor can replace another one, both in a model built by a plugin and in a model without code.
 #[test]
 fn parts_are_removed_and_replaced() {
     let place = place(
@@ -30,7 +30,7 @@ fn parts_are_removed_and_replaced() {
     let text = flat(&place, &[]);
     let names = |name: &str| text.matches(&format!("alias = \"{name}\"\n")).count();
     assert_eq!((names("led_0"), names("led_1"), names("arm"), names("claw"), names("tip")), (1, 2, 1, 1, 1), "{text}");
-    // It has the position of the old one: half a wheel's radius above the middle.
+    // The new sensor has the position of the old one, half a wheel's radius above the middle.
     has(&text, "eye", &["parent = \"b#0\"", "position_m = [0.0, 0.0, 0.05]"]);
     assert!(object(&text, "claw").contains("size_m = [0.7, 0.02, 0.02]"), "{text}");
     // Settings of the model for a removed part are dropped with it.
@@ -66,7 +66,7 @@ fn parts_of_imports_and_plain_scenes_are_changed() {
     has(&text, "loop", &["parent = \"bar\"", "position_m = [1.0, 2.0, 3.0]"]);
 }
 
-/// Each error states its location, what was expected and, if there is one, the most similar name.
+/// Each error states its location, what was expected, and the most similar name if there is one.
 #[test]
 fn wrong_changes_are_refused() {
     for (wrong, words) in [
@@ -90,7 +90,7 @@ fn wrong_changes_are_refused() {
     }
 }
 
-/// A model's own `[set]` moves parts before they are replaced, whether these are models or single objects.
+/// The `[set]` of a model moves its parts before they are replaced, both models and single objects.
 #[test]
 fn what_replaces_a_part_stands_where_the_model_set_it() {
     let place = Place::scene(
@@ -118,7 +118,7 @@ fn what_replaces_a_part_stands_where_the_model_set_it() {
     has(&text, "arm", &["position_m = [0.0, 0.0, 5.0]"]);
 }
 
-/// The cost of a change depends on the size of its model, not of the scene; otherwise this test would take minutes.
+/// The cost of a change depends on the size of the model and not of the scene; otherwise this test would take minutes.
 #[test]
 fn many_models_are_changed() {
     let place = Place::scene("[[model]]\nmodel = \"crowd\"\n");

@@ -2,14 +2,14 @@
 
 use super::folder_models::{ROVER, place};
 
-/// Replaces a part of the rover's text; the error must be at a line of the new text.
+/// Replaces a part of the rover's file and checks that the error refers to a line of the new text.
 fn refused(old: &str, new: &str, words: &[&str]) {
     let begin = ROVER.find(old).unwrap();
     let first = 1 + ROVER[..begin].matches('\n').count();
     told((old, new), first..=first + new.matches('\n').count(), words);
 }
 
-/// Removes a line; the error must be at a given line, because a missing key has no line of its own.
+/// Removes a line and checks that the error refers to the line `at`, because a missing key has no line.
 fn lacks(old: &str, at: &str, words: &[&str]) {
     let line = 1 + ROVER[..ROVER.find(at).unwrap()].matches('\n').count();
     told((old, ""), line..=line, words);
@@ -23,7 +23,7 @@ fn told((old, new): (&str, &str), mut lines: std::ops::RangeInclusive<usize>, wo
     let done = place.tatu(&["check", "scene.toml"]);
     done.refused(words);
     let here = lines.any(|line| done.err.contains(&format!("models/rover/model.toml:{line}:")));
-    assert!(here, "{old} > {new}: at another line\n{}", done.err);
+    assert!(here, "{old} > {new}: the error is at another line\n{}", done.err);
     // Scenes that do not use the model are not affected.
     place.write("other.toml", "format = 1\n[[model]]\nmodel = \"claw\"\n");
     place.tatu(&["check", "other.toml"]).good();
@@ -34,7 +34,7 @@ fn errors_in_expressions_are_at_their_line() {
     let at = "\"=wheel_radius / 2\"";
     refused(at, "\"=wheel_radus / 2\"", &["E111", "no parameter or number `wheel_radus`", "`wheel_radius`?"]);
     refused(at, "\"=wheel_radius / 0\"", &["E111", "division by zero"]);
-    refused(at, "\"=wheel_radius + look\"", &["E111", "does not work between the number 0.1 and the text 'plain'"]);
+    refused(at, "\"=wheel_radius + look\"", &["E111", "cannot be applied to the number 0.1 and the string 'plain'"]);
     refused(at, "\"=sqr(2)\"", &["E111", "no function `sqr`", "did you mean `sqrt`?"]);
     refused(at, "\"=(1\"", &["E111", "expected `)`"]);
     // Results of expressions are checked like literal values.
@@ -56,12 +56,12 @@ fn errors_in_declarations_are_at_their_line() {
     lacks("default = 0.4\n", "type = \"float\"", &["E111", "`length` has no default"]);
     refused("default = \"plain\"", "default = \"plane\"", &["E111", "expected one of plain, bright"]);
     let length = "default = 0.4";
-    refused(length, "default = \"=1 + true\"", &["E111", "does not work between the number 1 and true"]);
+    refused(length, "default = \"=1 + true\"", &["E111", "cannot be applied to the number 1 and true"]);
     refused(length, "default = \"=2 + 2\"", &["E111", "4 is not within 0.1 to 2"]);
-    refused(length, "default = \"='a'\"", &["E111", "`default`: expected a number, found the text 'a'"]);
+    refused(length, "default = \"='a'\"", &["E111", "`default`: expected a number, found the string 'a'"]);
     refused(length, "default = \"=look\"", &["E111", "no parameter or number `look`"]);
     refused("range = [0.1, 2.0]", "range = [2.0, 0.1]", &["E111", "2 is greater than 0.1"]);
-    refused("numbers.paint]", "numbers.pi]", &["E111", "`pi` has a meaning in expressions"]);
+    refused("numbers.paint]", "numbers.pi]", &["E111", "`pi` is a reserved name in expressions"]);
     refused("numbers.paint]", "numbers.length]", &["E111", "`length` is both a parameter and a number"]);
     refused("params.look]", "params.alias]", &["E111", "`alias` is a key of every placed model"]);
     lacks("source = \"estimate: a quarter of the length\"", "value = 0.1", &["E111", "`wheel_radius` has no `source`"]);
@@ -71,8 +71,8 @@ fn errors_in_declarations_are_at_their_line() {
     refused("[[object]]\nkind = \"shape\"", "[[model]]\nmodel = \"claw\"", &["E111", "duplicate key", "[[object]]"]);
 }
 
-/// Errors that are found when all objects exist also refer to the right line, although expressions and omitted entries
-/// differ in length between the generated text and the file.
+/// Errors that are detected after all objects were created also refer to the right line, although expressions and
+/// omitted entries have different lengths in the generated text and in the file.
 #[test]
 fn errors_found_later_are_at_their_line() {
     let place = crate::kit::Place::scene("[[model]]\nmodel = \"m\"\n");

@@ -2,7 +2,7 @@
 
 use crate::kit::*;
 
-/// Creates a scene with a model whose file has this text below its `[model]`.
+/// Creates a scene with a model; `text` follows the table `[model]` in its file.
 fn of(text: &str) -> Place {
     let place = Place::scene("[[model]]\nmodel = \"much\"\n");
     place.write("models/much/model.toml", &format!("format = 1\n[model]\ntext = \"T.\"\n{text}"));
@@ -20,13 +20,13 @@ const BASE: &str = "[[object]]\nkind = \"dummy\"\nalias = \"base\"\n";
 #[test]
 fn expressions_are_limited() {
     let sized = |e: String| format!("[[object]]\nkind = \"shape\"\nsize_m = [\"={e}\", 1, 1]\n");
-    refused(&sized(format!("1{}", "+1".repeat(200_000))), 6, "the expression has 400001 bytes, more than 65536");
+    refused(&sized(format!("1{}", "+1".repeat(200_000))), 6, "has 400001 bytes, but the maximum is 65536");
     refused(&sized(format!("[1]{}", "[0]".repeat(200_000))), 6, "the expression has 600003 bytes");
-    refused(&sized(format!("[1]{}", "[0]".repeat(20_000))), 6, "an element of the number 1");
+    refused(&sized(format!("[1]{}", "[0]".repeat(20_000))), 6, "cannot index the number 1");
     of(&sized(format!("1{}", "*1".repeat(30_000)))).tatu(&["check", "scene.toml"]).good();
 }
 
-/// Values that double from number to number, so that the 20th passes the limit.
+/// Each value doubles the size of the previous one, so the 20th exceeds the limit.
 #[test]
 fn values_are_limited() {
     let numbers = |first: &str, then: &str| {
@@ -46,7 +46,7 @@ fn values_are_limited() {
 fn repetitions_are_limited_in_all() {
     let entry = "[[object]]\nkind = \"dummy\"\nrepeat = 6000\n";
     refused(&format!("{BASE}{entry}{entry}"), 12, "the model has more than 10000 repetitions in total");
-    // Each repetition is read with the lines above it.
+    // Each repetition of the object repeats the empty lines in its entry.
     let entry = format!("[[object]]\nkind = \"dummy\"\n{}repeat = 10000\n", "\n".repeat(2_000_000));
-    refused(&format!("{BASE}{entry}"), 2_000_009, "the repetitions of the model have more than 64 MiB of text");
+    refused(&format!("{BASE}{entry}"), 2_000_009, "the text of the model's repetitions exceeds 64 MiB");
 }

@@ -1,5 +1,5 @@
-//! Tests of models without code: folders with a `model.toml`, their parameters, where they are found, and what input
-//! logs contain of them.
+//! Tests of models without code, which are folders with a `model.toml`: their parameters, the folders in which they are
+//! found, and their texts in input logs.
 
 use serde_json::Value;
 
@@ -19,13 +19,13 @@ pub fn place(scene: &str) -> Place {
     place
 }
 
-/// Returns the scene with all objects written separately.
+/// Returns the scene as saved by the program, with an entry for each object in place of models.
 pub fn flat(place: &Place, args: &[&str]) -> String {
     place.tatu(&[&["convert", "scene.toml", "flat.toml"], args].concat()).good();
     place.read("flat.toml")
 }
 
-/// Returns the text of the object with a unique name or, if it has none, an alias.
+/// Returns the entry of the object with the unique name `name` or, if no object has it, the alias `name`.
 pub fn object<'t>(flat: &'t str, name: &str) -> &'t str {
     let named = |key: &str| flat.split("[[object]]").find(|o| o.contains(&format!("\n{key} = \"{name}\"\n")));
     named("name").or_else(|| named("alias")).unwrap_or_else(|| panic!("no {name} in\n{flat}"))
@@ -39,7 +39,7 @@ pub fn has(flat: &str, name: &str, lines: &[&str]) {
     }
 }
 
-/// Four instances of one model with different parameters; the expected numbers follow from the expressions.
+/// Creates four instances of one model with different parameters. The expected values follow from the expressions.
 #[test]
 fn each_instance_has_its_own_parameters() {
     let place = place(
@@ -57,9 +57,9 @@ fn each_instance_has_its_own_parameters() {
     has(&text, "c#1", &["position_m = [0.0, 2.0, 0.1]"]);
     has(&text, "led_2#1", &["position_m = [0.25, 0.0, 0.0]", "data = { note = \"=not an expression\" }"]);
     has(&text, "led_1#1", &["layer = 2"]);
-    assert!(!text.contains("arm#1") || object(&text, "arm#1").contains("d#2"), "c has no arm:\n{text}");
+    assert!(!text.contains("arm#1") || object(&text, "arm#1").contains("d#2"), "c must not have an arm:\n{text}");
     has(&text, "d#2", &["size_m = [0.8, 0.3, 0.1]"]);
-    // The parameter of a model within a model can be set, too.
+    // A parameter of a model within a model can also be set.
     let text = flat(&place, &["--set", "/a/arm.reach_m=0.3"]);
     has(&text, "arm", &["size_m = [0.3, 0.02, 0.02]"]);
     has(&text, "arm#0", &["size_m = [0.25, 0.02, 0.02]"]);
@@ -68,7 +68,7 @@ fn each_instance_has_its_own_parameters() {
     place.tatu(&["check", "scene.toml"]).good();
 }
 
-/// Models in the folders in which their authors develop them.
+/// Models are found in the folders in which their authors develop them.
 #[test]
 fn models_of_others_work() {
     let from = root().join("tests/outside/rover");
@@ -86,7 +86,7 @@ fn a_model_runs_alone_and_finds_its_neighbours() {
     place.tatu(&["check", "robot.toml"]).good();
 }
 
-/// The first folder in order decides, and a plugin's model of the same id must be chosen.
+/// The first folder in the search order is used. If a plugin has a model with the same id, the scene must select one.
 #[test]
 fn the_first_folder_wins_and_conflicts_are_told() {
     let place = Place::scene("[[model]]\nmodel = \"claw\"\n");
@@ -134,7 +134,7 @@ fn runs_replays_and_snapshots_have_the_same_bits() {
     let first = hash(place.run(&["--steps", "30", "--log", "run.log", "--snapshot-at", "0.5", "at.snap"]));
     assert_eq!(first, hash(place.run(&["--steps", "30", "--threads", "2"])));
     assert_eq!(first, hash(place.run(&["--steps", "30", "--from", "at.snap"])));
-    // A replay needs neither the scene nor the models, even if there are other models of the same name.
+    // A replay needs neither the scene nor the models, and ignores other models with the same names.
     let other = Place::new();
     other.write("models/rover/model.toml", CLAW);
     std::fs::copy(place.path().join("run.log"), other.path().join("run.log")).unwrap();
@@ -178,7 +178,7 @@ fn scripts_list_and_add_models_of_folders() {
     assert!(done.out.contains("/body\ttrue"), "{}\n{}", done.out, done.err);
 }
 
-/// The output of the program about models; a broken one causes a warning, and does not affect others.
+/// The program lists and describes models. A broken model causes a warning and does not affect the others.
 #[test]
 fn models_of_folders_are_listed_and_described() {
     let place = place(TWO);
@@ -191,6 +191,6 @@ fn models_of_folders_are_listed_and_described() {
     place.write("models/broken/model.toml", "format = 1\n[model]\ntext = 3\n");
     let listed = place.tatu(&["list", "models"]).good();
     assert!(listed.out.contains("rover") && !listed.out.contains("broken"), "{}", listed.out);
-    listed.tells(&["warning[E111]", "models/broken/model.toml:3:1", "`text`: expected a text"]);
+    listed.tells(&["warning[E111]", "models/broken/model.toml:3:1", "`text`: expected a string"]);
     place.tatu(&["check", "scene.toml"]).good();
 }

@@ -1,5 +1,5 @@
-//! Tests of third-party importers in C: which one is chosen, how a failing or hostile one is handled; and of arbitrary
-//! contents of URDF files.
+//! Tests of third-party importers in C: which importer is chosen, and how the program handles failures and invalid
+//! results; and of URDF files with arbitrary contents.
 
 use std::{fs, process::Command, sync::Arc};
 
@@ -10,8 +10,9 @@ use tatu_core::{
 
 use crate::kit::*;
 
-/// An importer `also` that claims URDF files with the same confidence as the built-in one, and one `faulty` whose files
-/// name the failure in their first letter.
+/// A plugin with an importer `also`, which claims URDF files with the same confidence as the built-in one, and an
+/// importer
+/// `faulty`, which fails in the way that the first letter of the file selects.
 const OTHER: &str = r#"
 #include "tatu.h"
 
@@ -86,7 +87,7 @@ fn with_other() -> Place {
     place
 }
 
-/// Runs `check` and lists the objects of an import with more keys.
+/// Runs `tatu check` on a scene with an `[[import]]` that has these keys, and with this table `[providers]`.
 fn imported(place: &Place, keys: &str, providers: &str) -> Done {
     place.write(
         "scene.toml",
@@ -113,7 +114,7 @@ fn the_surest_importer_reads_and_ties_are_told_once() {
         assert!(!done.err.contains("also"), "{keys} {providers}: {}", done.err);
     }
     imported(&place, "file = \"robot.urdf\"", "\".urdf\" = \"faulty\"").refused(&["E113", "faulty", "also", "urdf"]);
-    // An importer without `load` is left out and reported.
+    // An importer without `load` is ignored and reported.
     tie.tells(&["warning[E303]", "org.example.other", "`broken` has no `load`, which is required"]);
 }
 
@@ -134,14 +135,14 @@ fn failing_importers_leave_a_sentence_and_nothing_else() {
         let done = imported(&place, "file = \"x.bad\"", "");
         done.refused(&[words, &["E120", "imported in scene.toml:7"]].concat());
     }
-    // A missing file is for the importer to judge.
+    // A missing second file is reported by the importer that requests it.
     place.write("x.bad", "f");
     imported(&place, "file = \"x.bad\"", "").good();
     place.write("x.none", "");
     imported(&place, "file = \"x.none\"", "").refused(&["E120", "`empty` found nothing in it"]);
 }
 
-/// Returns the ranges of attribute values in a text.
+/// Returns the byte ranges of the attribute values in an XML text.
 fn values(text: &str) -> Vec<std::ops::Range<usize>> {
     let mut out = Vec::new();
     let mut from = 0;

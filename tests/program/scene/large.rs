@@ -1,10 +1,10 @@
-//! Tests of large scenes: the time to load grows in proportion to their size, and unbounded growth is refused.
+//! Tests of large scenes: the time to load them is proportional to their size, and excessive growth is refused.
 
 use std::fmt::Write;
 
 use crate::kit::*;
 
-/// With quadratic time each of these would take many minutes, and the kit would end it.
+/// If the time were quadratic, each of these scenes would take many minutes, and the test kit would kill the program.
 #[test]
 fn a_hundred_thousand_objects_of_one_alias_load() {
     let mut text = String::new();
@@ -50,7 +50,7 @@ fn scenes_that_double_are_refused() {
     }
     place.write("x31.toml", "format = 1\n");
     place.run(&[]).refused(&["error[E124]", "at most 16 deep"]);
-    // Not deep, but wide: 12^5.
+    // The scenes are nested only five deep, but each includes the next twelve times: 12^5 copies.
     for i in 0..5 {
         place.write(
             &format!("x{i}.toml"),

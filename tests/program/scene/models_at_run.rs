@@ -1,4 +1,4 @@
-//! Tests of models that scripts copy, load and save during a run, with sensors and scripts of their own.
+//! Tests of models with sensors and scripts that other scripts copy, load and save during a run.
 
 use crate::kit::*;
 
@@ -69,7 +69,7 @@ fn a_model_is_loaded_removed_and_loaded_again() {
     let sees = text.matches("carriage/script sees 1 1.500").count();
     assert!((2..=4).contains(&sees) && text.contains("gone") && text.contains("back"), "{text}");
     assert!(text.matches("carriage/script sees 1 2.000").count() >= 2, "{text}");
-    // The same bits in every run.
+    // The runs are bit-identical.
     let hash = |threads: &str| place.run(&["--steps", "9", "--threads", threads]).good().json()["hash"].clone();
     assert_eq!(hash("1"), hash("2"));
 }
@@ -123,7 +123,7 @@ fn a_run_is_saved_as_it_is() {
     place.run(&["--seconds", "3", "--save", "end.toml"]).good();
     let saved = place.read("end.toml");
     assert!(saved.contains("alias = \"box\""), "{saved}");
-    // It has come to rest, and stays where it was saved.
+    // The saved box has come to rest and remains at its position.
     let end = place.tatu(&["run", "end.toml", "--seconds", "1", "--trace", "t", "--watch", "/box", "--json"]).good();
     assert_eq!(end.code, 0);
     let z = place.lines("t").last().unwrap().object::<3>("/box", "position")[2];

@@ -1,4 +1,4 @@
-//! Tests of objects that scripts remove while physics runs: their contacts are left out.
+//! Tests of objects that scripts remove while physics runs: their contacts are no longer reported.
 
 use crate::kit::*;
 
@@ -10,7 +10,7 @@ fn boxes() -> String {
         .collect()
 }
 
-/// Returns a script that removes one box after the other in a callback; new objects take their places.
+/// Returns a script that removes the boxes one by one in a callback and creates new objects, which reuse their slots.
 fn remover(callback: &str, more: &str) -> String {
     format!(
         "function sysCall_init()\n  boxes = {{}}\n  for i = 0, 7 do boxes[#boxes + 1] = sim.getObject('/b' .. i) end\n  calls = 0\nend\n\
@@ -33,7 +33,7 @@ fn what_is_gone_touches_nothing() {
         let done = place.run(&["--seconds", "2", "--trace", "t.jsonl"]);
         assert!(done.code == 0 && !done.err.contains("panicked"), "{callback}: exit {}\n{}", done.code, done.err);
     }
-    // By an add-on, while a service and a graph read the world.
+    // An add-on removes objects while a service and a graph read the world.
     let place = Place::scene(&format!("{FLOOR}{}{}", boxes(), watcher("w", contact)));
     place.write("addons/remove.lua", &remover("sysCall_dyn", contact));
     let done = place.run(&["--seconds", "2", "--addon", "addons/remove.lua"]);

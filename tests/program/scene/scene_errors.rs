@@ -1,10 +1,10 @@
-//! Tests of errors in scenes and scripts: they say what is wrong, in which line, what was expected and what to do.
+//! Tests of errors in scenes and scripts: they state the problem, the line, what was expected, and what to do.
 
 use std::fmt::Write;
 
 use crate::{kit::said::*, kit::*};
 
-/// Returns a scene with a floor and more.
+/// Returns the text of a scene with a floor and further entries.
 fn with(more: &str) -> String {
     format!("format = 1\n[scene]\ndt_s = 0.05\n{FLOOR}{more}")
 }
@@ -168,7 +168,7 @@ fn arguments_that_name_nothing_are_refused() {
 
 #[test]
 fn mistakes_of_beginners_name_file_and_line() {
-    // The text of line 3 of the script, the kind of the error, a word of its message.
+    // Line 3 of the script, the kind of the error, and a word of its message or help.
     let mistakes = [
         ("local speed = sped + 1", "runtime", "sped"),
         ("sim.setJointTargetVelocity(motr, 2)", "bad_argument", "joint"),

@@ -2,7 +2,7 @@
 
 use crate::kit::*;
 
-/// Returns an image of 2 x 2 squares with a side in pixels: red and green above, blue and white below.
+/// Returns an image of 2 x 2 squares with a side of `size` pixels: red and green above, blue and white below.
 fn squares(size: u32) -> Vec<u8> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, 2 * size, 2 * size);
@@ -14,7 +14,7 @@ fn squares(size: u32) -> Vec<u8> {
     out
 }
 
-/// Returns a floor of 6 m whose image repeats each 2 m, with more keys for its texture.
+/// Returns a floor of 6 m x 6 m whose image repeats every 2 m; `more` contains further keys of the texture.
 fn floor(more: &str) -> String {
     format!(
         "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nsize_m = [6, 6, 0.2]\nposition_m = [0, 0, -0.1]\n\
@@ -22,7 +22,8 @@ fn floor(more: &str) -> String {
     )
 }
 
-/// A camera 2 m above the floor, which sees 4 m of it in 32 x 32 pixels. Left is +x, and down is +y.
+/// A camera 2 m above the floor, whose image of 32 x 32 pixels shows 4 m x 4 m of it. In the image +x is to the left,
+/// and +y is down.
 const EYE: &str = r#"
 [[object]]
 kind = "sensor"
@@ -80,7 +81,7 @@ fn a_vision_sensor_sees_the_squares_where_they_are() {
 
 #[test]
 fn a_turned_projection_turns_the_image() {
-    // Rotated by 180 degrees, red is where white was.
+    // If the texture is rotated by 180 degrees, red replaces white.
     let place = place(&format!("{}{EYE}", floor(", orientation_deg = [0, 0, 180]")));
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]);
     assert!(done.err.contains("not 0"), "{}", done.err);
@@ -94,7 +95,7 @@ fn a_snapshot_keeps_images() {
     assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
 }
 
-/// The floor as a mesh of two triangles, whose file has texture coordinates.
+/// The floor as an OBJ file with two triangles and texture coordinates.
 const FLOOR: &str = "mtllib floor.mtl\nv -3 -3 0\nv 3 -3 0\nv 3 3 0\nv -3 3 0\nvt -1 -1\nvt 2 -1\nvt 2 2\nvt -1 2\n\
     usemtl tiles\nf 1/1 2/2 3/3 4/4\n";
 
@@ -110,11 +111,11 @@ fn coordinates_of_a_mesh_file_place_the_image() {
     }
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
     assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
-    // In a converted scene, it is a PLY file with texture coordinates.
+    // In a converted scene, the mesh is a PLY file with texture coordinates.
     place.tatu(&["convert", "scene.toml", "again.toml"]).good();
     let again = place.tatu(&["run", "again.toml", "--steps", "2"]).good();
     assert!(again.out.contains("all squares") || again.err.contains("all squares"), "{}", again.err);
-    // A picture needs no scene.
+    // `tatu look` can render a mesh file without a scene.
     place.tatu(&["look", "floor.obj", "-o", "floor.png"]).good();
 }
 
@@ -151,7 +152,7 @@ fn pieces_of_a_mesh_file_have_their_colors() {
     assert!(done.err.contains("the materials in `two.mtl` are ignored"), "{}", done.err);
 }
 
-/// Three spots above the squares blue, white, blue.
+/// A floor sensor with three spots, which are above blue, white and blue squares.
 #[test]
 fn beams_that_report_colors_see_the_image() {
     let spots = "
@@ -214,7 +215,7 @@ function sysCall_init()
 end
 ''' }
 ";
-    // The texture is there again, as the image of the camera shows.
+    // The image of the camera shows that the texture has been restored.
     let place = place(&format!("{}{script}{EYE}", floor("")));
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
     assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);

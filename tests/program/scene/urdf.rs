@@ -1,4 +1,4 @@
-//! Tests of files of other formats: `[[import]]`, such files in place of scenes, and the URDF importer.
+//! Tests of files in other formats: imported by `[[import]]` or given in place of a scene; and of the URDF importer.
 
 use std::{f64::consts::TAU, fs, sync::Arc};
 
@@ -11,7 +11,7 @@ use tatu_plugin_api::safe::Value;
 
 use crate::kit::*;
 
-/// A bar of 1 m and 2 kg on a hinge about y, 2 m up: its centre of mass is 0.5 m below.
+/// A bar of 1 m and 2 kg on a hinge about y at a height of 2 m. Its centre of mass is 0.5 m below the hinge.
 const PENDULUM: &str = r#"<?xml version="1.0"?>
 <robot name="pendulum">
   <link name="world"/>
@@ -39,7 +39,7 @@ fn robot(place: &Place) {
     }
 }
 
-/// Reads the document of a scene in this process, with the program's own plugins.
+/// Reads a scene file into a document in this process, with the plugins next to the program.
 fn read(place: &Place, scene: &str) -> tatu_core::document::Document {
     let mut search = Search::default();
     search.folders.push((program().with_file_name("deps"), tatu_core::plugins::Source::Built));
@@ -68,7 +68,7 @@ fn a_pendulum_swings_as_long_as_it_should() {
         "--json",
     ];
     place.tatu(&args).good();
-    // Times at which it passes the middle, interpolated between two lines.
+    // The times at which the bar passes the vertical, interpolated between two lines of the trace.
     let lines = place.lines("t.jsonl");
     let at = |l: &Line| l.0["objects"]["/pendulum/hinge"]["joint"]["position"].as_f64().unwrap();
     let mut crossed = Vec::new();
@@ -81,8 +81,8 @@ fn a_pendulum_swings_as_long_as_it_should() {
     let n = crossed.len();
     assert!(n >= 4, "{crossed:?}");
     let period = (crossed[n - 1] - crossed[0]) / (n - 1) as f64;
-    // Physical pendulum: 2 pi sqrt(I / (m g l)) with the inertia about the hinge; an amplitude of 3 degrees adds 0.02
-    // %.
+    // The period of a physical pendulum is 2 pi sqrt(I / (m g l)) with the inertia I about the hinge. The amplitude of
+    // 3 degrees adds 0.02 %.
     let inertia: f64 = 0.1667 + 2.0 * 0.5 * 0.5;
     let wanted = TAU * (inertia / (2.0 * 9.81 * 0.5)).sqrt();
     assert!((period / wanted - 1.0).abs() < 0.01, "{period} s, {wanted} s expected");
@@ -103,13 +103,13 @@ fn a_cart_drives_as_fast_as_its_wheels_turn() {
     let x = |l: &Line| l.object::<3>("/cart", "position")[0];
     let (from, to) = (&lines[19], &lines[79]);
     let speed = (x(to) - x(from)) / (to.time() - from.time());
-    // v = w r: 5 rad/s with wheels of 0.1 m.
+    // The wheels have a radius of 0.1 m and rotate at 5 rad/s.
     assert!((speed / 0.5 - 1.0).abs() < 0.01, "{speed} m/s");
     let [_, y, z] = to.object::<3>("/cart", "position");
-    assert!(y.abs() < 0.01 && z.abs() < 0.005, "ahead, on the floor: {y} {z}");
+    assert!(y.abs() < 0.01 && z.abs() < 0.005, "the robot must drive straight ahead on the floor: {y} {z}");
     let hashes: Vec<String> = lines.iter().map(|l| l.hash().to_owned()).collect();
     let again = place.trace(&["/cart"], &["--seconds", "4", "--threads", "2"]);
-    assert_eq!(again.iter().map(Line::hash).collect::<Vec<_>>(), hashes, "the same in each run");
+    assert_eq!(again.iter().map(Line::hash).collect::<Vec<_>>(), hashes, "two runs differ");
 }
 
 #[test]
@@ -126,12 +126,13 @@ fn masses_and_inertias_are_those_of_the_file() {
         }
     };
     assert_eq!(numbers("/cart/left_motor/left_wheel", Row::Mass), [0.5]);
-    // The joint's z is the file's y, and the wheel has a frame of its own: inertias stay as they are written.
+    // The joint's z axis is the y axis of the file. The wheel has its own frame, so its inertias are those in the file.
     let wheel = numbers("/cart/left_motor/left_wheel", Row::Inertia);
     for (i, wanted) in [(0, 0.0014), (4, 0.0025), (8, 0.0014), (1, 0.0)] {
         assert!((wheel[i] - wanted).abs() < 1e-12, "{i}: {wheel:?}");
     }
-    // Base, ball and mast form one body, in the frame of the footprint: sum, weighted mean, parallel axes.
+    // Base, ball and mast form one body in the frame of the footprint. Its mass is the sum, its centre of mass the
+    // weighted mean, and its inertia follows from the parallel axis theorem.
     let parts: [(f64, [f64; 3], [f64; 3]); 3] = [
         (5.0, [0.06, 0.0, 0.15], [0.06, 0.09, 0.14]),
         (0.2, [0.15, 0.0, 0.05], [0.0002; 3]),
@@ -148,7 +149,7 @@ fn masses_and_inertias_are_those_of_the_file() {
             parts.iter().map(|p| p.2[i] + p.0 * others.iter().map(|j| (p.1[*j] - com[*j]).powi(2)).sum::<f64>()).sum();
         assert!((inertia[i * 4] - wanted).abs() < 1e-12, "{i}: {inertia:?} {wanted}");
     }
-    // All links are found by name.
+    // All links have objects with their names.
     for path in ["/cart/base_footprint", "/cart/base_link", "/cart/ball", "/cart/mast", "/cart/right_motor/right_wheel"]
     {
         assert!(scene.find(0, path).is_some(), "{path}");
@@ -157,7 +158,7 @@ fn masses_and_inertias_are_those_of_the_file() {
 
 #[test]
 fn a_turned_axis_turns_about_it() {
-    // A third of a turn about the axis (1, 1, 1) maps x to y.
+    // A rotation by a third of a turn about the axis (1, 1, 1) maps x to y.
     let place = Place::new();
     let urdf =
         PENDULUM.replace("xyz=\"0 1 0\"", "xyz=\"1 1 1\"").replace(" rpy=\"0 0 0.3\"", "").replace("0 0 -0.5", "1 0 0");
@@ -199,16 +200,16 @@ fn two_of_one_file_have_names_of_their_own() {
     for name in ["cart", "cart#0", "left_wheel", "left_wheel#0", "left_wheel#1", "third#1"] {
         assert!(scene.find_name(name).is_some(), "{name}");
     }
-    // Placed like a model and rotated by 90 degrees, its left wheel is to the west.
+    // The import has a position like a model and is rotated by 90 degrees, so the left wheel is in the direction -x.
     let wheel = scene.world(scene.find_name("left_wheel#0").unwrap()).translation.vector;
     assert!((wheel.x + 0.2).abs() < 1e-9 && (wheel.y - 2.0).abs() < 1e-9, "{wheel}");
-    // A fixed base stays.
+    // A robot with a fixed base does not fall.
     let lines = place.trace(&["/third", "/cart[0]"], &["--steps", "20"]);
     assert_eq!(lines[19].object::<3>("/third", "position"), [0.0, 4.0, 1.0]);
-    assert!(lines[19].object::<3>("/cart[0]", "position")[2] < -1.0, "the others fall");
+    assert!(lines[19].object::<3>("/cart[0]", "position")[2] < -1.0, "a robot without a fixed base must fall");
 }
 
-/// Returns a cube of 0.2 m as binary STL, centred at a point.
+/// Returns a binary STL file of a cube of 0.2 m, centred at `at`.
 fn cube(at: [f32; 3]) -> Vec<u8> {
     let mut out = b"solid, says the header of this binary file".to_vec();
     out.resize(80, b' ');
@@ -250,7 +251,8 @@ fn a_mesh_beside_the_file_is_seen_where_it_is() {
         place.write("robots/block.urdf", &urdf.replace("NAME", name)).write(file, "");
         fs::write(place.path().join(file), cube([0.5, 0.0, 0.0])).unwrap();
         let lines = place.trace(&["/eye"], &["--steps", "1"]);
-        // 1 m to the file's origin, 0.3 m to the visual's, and 0.8 m to the near side of the cube at twice its size.
+        // The distance is 1 m to the origin of the robot, plus 0.3 m to the origin of the visual, plus 0.8 m to the
+        // near side of the cube, which is scaled by 2.
         let distance = lines[0].sensor("/eye", "proximity.distance");
         assert!((distance - 2.1).abs() < 1e-6, "{name}: {distance}");
     }
@@ -282,7 +284,7 @@ fn files_outside_are_not_read() {
             "scene.toml:3",
         ]);
     }
-    // In a parent folder, but within the scene's folder.
+    // The mesh is in a parent folder of the robot, but within the scene's folder.
     place.write("inner/robots/a.urdf", &urdf("../mine.stl"));
     run(program(), &inner, &["check", "scene.toml"], &[]).good();
     // A missing mesh is reported, and the robot is loaded without it.
@@ -341,7 +343,7 @@ fn scenes_with_wrong_imports_are_refused() {
         place.write("scene.toml", &format!("format = 1\n[[import]]\n{text}\n"));
         place.tatu(&["check", "scene.toml"]).refused(words);
     }
-    // A file whose name has no known ending is recognized by its first bytes; one that no importer takes is refused.
+    // A file with an unknown suffix is recognised by its contents. A file that no importer accepts is refused.
     place.write("robot.xml", PENDULUM).tatu(&["check", "robot.xml"]).good();
     fs::write(place.path().join("noise.bin"), [0xFFu8, 0, 1, 2]).unwrap();
     place.tatu(&["check", "noise.bin"]).refused(&["E121", "noise.bin"]);
@@ -368,7 +370,7 @@ fn importers_are_listed_with_their_parameters() {
     assert!(urdf["parameters"].as_array().unwrap().iter().any(|p| p["name"] == "fixed_base"));
 }
 
-/// Fingers that mimic each other close together, slowed down by their damping.
+/// Fingers that mimic each other move together; their damping slows them down.
 #[test]
 fn joints_mimic_and_are_damped() {
     let place = Place::new();
@@ -394,13 +396,13 @@ fn joints_mimic_and_are_damped() {
     for i in (0..lines.len()).step_by(100) {
         assert!((at(i, "/g/one") + at(i, "/g/two")).abs() < 1e-3, "{i}");
     }
-    assert!((at(5, "/g/one") - at(1, "/g/one")).abs() > 0.1, "it falls");
+    assert!((at(5, "/g/one") - at(1, "/g/one")).abs() > 0.1, "the fingers do not move");
     let last = lines.len() - 1;
-    assert!((at(last, "/g/one") - at(last - 20, "/g/one")).abs() < 1e-4, "and comes to rest");
+    assert!((at(last, "/g/one") - at(last - 20, "/g/one")).abs() < 1e-4, "the fingers do not come to rest");
 }
 
-/// Light links that mimic each other get the rotor inertia that files omit, with a message; heavy links and those that
-/// mimic nothing do not.
+/// Light links that mimic other joints get a rotor inertia, which URDF files do not contain, and a note is logged.
+/// Heavy links and links that mimic no joint get none.
 #[test]
 fn light_geared_links_get_a_rotor() {
     let place = Place::new();
@@ -427,7 +429,7 @@ fn light_geared_links_get_a_rotor() {
     let told = place.tatu(&["convert", "g.urdf", "scene.toml"]).good().err;
     let scene = place.read("scene.toml");
     assert_eq!(scene.matches("armature_kg = 0.05").count(), 2, "{scene}");
-    // Two links at 30 mm from the axis.
+    // Two of the links are at a distance of 30 mm from their axis.
     assert_eq!(scene.matches("armature_kg_m2 = 0.00017").count(), 1, "{scene}");
     assert_eq!(told.matches("only 15 g: an armature of 5.00e-2 kg is assumed").count(), 2, "{told}");
     assert_eq!(told.matches("an armature of").count(), 3, "{told}");
@@ -480,13 +482,13 @@ fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
         "{}",
         done.err
     );
-    // It slides down its axis under its weight, to the end of its range.
+    // The link slides down along its axis to the end of its range.
     let lines = place.lines("t.jsonl");
     let last = lines.last().unwrap();
     let at = last.0["objects"]["/slide/rail"]["joint"]["position"].as_f64().unwrap();
     let [_, _, z] = last.object::<3>("/slide/rail/weight", "position");
     assert!((at - 0.3).abs() < 0.002 && (z + 0.3).abs() < 0.002, "{at} {z}");
-    // Until then it falls freely: g t^2 / 2 after 0.15 s.
+    // Before that it falls freely: by g t^2 / 2 after 0.15 s.
     let line = &lines[2];
     assert!((line.object::<3>("/slide/rail/weight", "position")[2] + 9.81 / 2.0 * 0.15 * 0.15).abs() < 0.01);
 }

@@ -1,5 +1,5 @@
-//! Tests of what V-REP scenes register beside their objects, as the importer stores it with a scene: collections,
-//! collision and distance objects, windows of buttons.
+//! Tests of what V-REP scenes contain in addition to their objects, and what the importer stores with the scene:
+//! collections, collision and distance objects, windows with buttons.
 
 use crate::kit::*;
 

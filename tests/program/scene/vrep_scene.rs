@@ -1,4 +1,4 @@
-//! Tests of 41 V-REP scene files: the importer finds the same as an independent reader, and all of them run.
+//! Tests of 41 V-REP scene files: the importer finds the same contents as an independent reader, and all scenes run.
 
 use std::{fs, path::PathBuf};
 
@@ -27,7 +27,7 @@ fn files_are_read_as_an_independent_reader_does() {
         let mut found = done.json();
         assert!(found["report"].is_array(), "{}: no report", file.display());
         found.as_object_mut().unwrap().remove("report");
-        // the solvers of mechanisms are chosen here, not in the file
+        // The file does not contain the solvers of mechanisms, which Tatu chooses.
         found.as_object_mut().unwrap().remove("mechanisms");
         let differs: Vec<&String> =
             wanted.as_object().unwrap().iter().filter(|(k, v)| found.get(*k) != Some(*v)).map(|(k, _)| k).collect();
@@ -37,7 +37,7 @@ fn files_are_read_as_an_independent_reader_does() {
     assert_eq!(count, 41);
 }
 
-/// Files whose scripts raise errors in the original too, and the missing function.
+/// Files whose scripts also raise errors in the original, with the function that is missing.
 const LACKING: &[(&str, &str)] = &[
     ("v30003_quadcopter", "simExtQuadcopterReadSensors"),
     ("v30103_3Rob_freeEnvironm", "dlgStyle"),
@@ -74,7 +74,7 @@ fn files_run() {
     assert_eq!(good, 41 - LACKING.len());
 }
 
-/// The original applies position targets at once, one per step; so do its scenes.
+/// The original applies position targets directly, once per step, and so do imported scenes.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn targets_jump_as_in_the_original() {
@@ -87,7 +87,7 @@ fn targets_jump_as_in_the_original() {
     assert_eq!(scene.matches("smooth_target = false").count(), joints);
 }
 
-/// Truncated in many places or with bits flipped, a file is refused with the offset, or read; it never crashes.
+/// A file that is truncated or has flipped bits is read, or refused with an offset, but never crashes the program.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn damaged_files_are_refused() {
@@ -163,8 +163,8 @@ function sysCall_sensing()
 end
 ";
 
-/// A robot's sonars do not detect its own shell but do detect a wall, whatever a file of any version says of detectable
-/// objects and the minimum distance.
+/// A robot's sonars detect a wall but not the robot's own shell, for files of all versions, which store the detectable
+/// objects and the minimum distance in different ways.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn sonars_of_pioneers_see_walls_and_not_themselves() {

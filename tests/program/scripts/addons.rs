@@ -1,4 +1,4 @@
-//! Tests of add-ons: found, listed, started automatically or by name, called, ended, replayed.
+//! Tests of add-ons: how they are found, listed, started automatically or by name, called, ended, and replayed.
 
 use std::{fs, thread, time::Duration};
 
@@ -32,7 +32,7 @@ fn listed(place: &Place, env: &[(&str, &str)]) -> Vec<Value> {
     run(program(), place.path(), &["list", "addons", "--json"], env).good().json().as_array().unwrap().clone()
 }
 
-// See tests/facts/script-api.md, 6: file names of all versions, `autoStart`.
+// See tests/facts/script-api.md, 6, for the file names of all versions and for `autoStart`.
 #[test]
 fn names_and_what_they_answer_decide_who_starts_by_itself() {
     let say = |name: &str| format!("-- Says {name}.\nprint('> {name}')\n");
@@ -76,9 +76,9 @@ fn names_and_what_they_answer_decide_who_starts_by_itself() {
     place.run(&["--steps", "2", "--no-addons", "--from", "one"]).good();
     assert_eq!(told(&place.run(&["--steps", "1", "--no-addons"]).good()), [""; 0]);
     let named = place.run(&["--steps", "1", "--no-addons", "--addon", "hyphen", "--addon", "click", "--addon", "asks"]);
-    // An add-on function runs at once; the others begin with the first pass.
+    // An add-on function runs immediately; the other add-ons start with the first pass.
     assert_eq!(told(&named.good()), ["click", "no", "hyphen"]);
-    // Named by its file; a function runs once for each time that it is named.
+    // An add-on can be named by its file. An add-on function runs once each time it is named.
     let file = place.run(&["--steps", "1", "--no-addons", "--addon", "addons/vrepAddOnScript-hyphen.lua"]).good();
     assert_eq!(told(&file), ["hyphen"]);
     place.run(&["--addon", "hyphenn"]).refused(&["E600", "there is no add-on `hyphenn`", "did you mean `hyphen`?"]);
@@ -105,8 +105,8 @@ fn folders_are_searched_in_order_and_the_first_wins_a_name() {
     place.tatu(&["list", "addons"]).good().tells(&["E601", "unknown key `colour`"]);
 }
 
-// See tests/facts/call-order.md, 1: `init`, then in each pass of a stopped world `nonSimulation`, `beforeSimulation`,
-// the stages after all others, `afterSimulation`, and `cleanup` at the end.
+// See tests/facts/call-order.md, 1: `init`, then `nonSimulation` in each pass of a stopped world, `beforeSimulation`,
+// the stages of each step after all other scripts, `afterSimulation`, and `cleanup` at the end.
 #[test]
 fn an_addon_is_called_as_observed_and_outlives_the_run() {
     let life = "
@@ -120,7 +120,7 @@ fn an_addon_is_called_as_observed_and_outlives_the_run() {
     let names: Vec<&str> = lines.iter().map(|l| l.split(' ').next().unwrap()).collect();
     let pass = ["beforeMainScript", "actuation", "sensing"];
     let mut expected = vec!["init", "nonSimulation", "beforeSimulation"];
-    // The step, and the three passes from the stop request to the end.
+    // One step, and the three passes from the stop request to the end.
     (0..4).for_each(|_| expected.extend(pass));
     expected.extend(["afterSimulation", "cleanup"]);
     assert_eq!(names, expected);
@@ -128,7 +128,8 @@ fn an_addon_is_called_as_observed_and_outlives_the_run() {
     assert_eq!(lines[expected.len() - 2], "afterSimulation 0");
 }
 
-// See tests/facts/script-api.md, 6: run modes 0 starting, 1 running, 4 ending; returning 0 ends it.
+// See tests/facts/script-api.md, 6: the run modes are 0 (starting), 1 (running) and 4 (ending). An add-on ends if it
+// returns 0.
 #[test]
 fn an_old_addon_is_run_as_a_whole_and_ends_by_returning_0() {
     let old = "
@@ -144,7 +145,8 @@ fn an_old_addon_is_run_as_a_whole_and_ends_by_returning_0() {
     assert_eq!(told(&place.run(&["--steps", "10"]).good()), ["begins", "enough 3", "ends"]);
 }
 
-// See tests/facts/script-api.md, 6: `sysCall_addOnScriptRun` in each pass, sim.syscb_cleanup (1) ends it.
+// See tests/facts/script-api.md, 6: `sysCall_addOnScriptRun` is called in each pass; the add-on ends if it returns
+// sim.syscb_cleanup (1).
 #[test]
 fn an_addon_of_the_years_between_has_functions_of_its_own() {
     let text = "function sysCall_init() print('> init') n = 0 end
@@ -157,7 +159,7 @@ fn an_addon_of_the_years_between_has_functions_of_its_own() {
     let place = place(&[("vrepAddOnScript-between.lua", text)]);
     let done = place.run(&["--steps", "10", "--addon", "between"]).good();
     assert_eq!(told(&done), ["init", "run 1", "run 2", "run 3", "run 4", "over"]);
-    // An add-on function: its text runs once, in any era.
+    // The text of an add-on function runs once, in any era.
     for text in ["print('> once')\nreturn sim.syscb_cleanup", "print('> once ' .. simGetSimulationTime())"] {
         place.write("addons/vrepAddOnFunc_once.lua", text);
         let done = place.run(&["--steps", "3", "--addon", "once"]).good();
@@ -202,14 +204,14 @@ fn a_failing_addon_is_named_and_suspended_and_nothing_else_changes() {
     let errors = done.errors();
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert!(errors[0]["file"].as_str().unwrap().ends_with("addons/bad.lua"), "{errors:?}");
-    assert_eq!((&errors[0]["line"], &errors[0]["count"]), (&2.into(), &1.into()), "suspended: called no more");
-    // Seven whole steps before it failed in the actuation of the eighth, at 0.35 s.
+    assert_eq!((&errors[0]["line"], &errors[0]["count"]), (&2.into(), &1.into()), "called after its error");
+    // It failed in the actuation of the eighth step, at 0.35 s, after seven complete steps.
     assert_eq!(told(&done), ["7"]);
     let (with, without) = (&done.json()["objects"], &without["objects"]);
-    assert_eq!(with, without, "robots are where they were, with the same hashes");
-    assert!(errors[0]["object"].is_null(), "an add-on belongs to no object: {errors:?}");
-    // An old add-on is stopped, too (tests/facts/script-api.md, 6), while old scripts of the scene would be called
-    // again.
+    assert_eq!(with, without, "the add-on has changed positions or hashes of robots");
+    assert!(errors[0]["object"].is_null(), "an add-on does not belong to an object: {errors:?}");
+    // An add-on of an old era is also stopped (tests/facts/script-api.md, 6), whereas old scripts of the scene are
+    // called again after an error.
     let old = "if sim_call_type == sim_addonscriptcall_run then local x = nil + 1 end
         if sim_call_type == sim_addonscriptcall_cleanup then print('> ends') end";
     let done = place(&[("old.lua", old)]).run(&["--steps", "5"]);
@@ -245,21 +247,21 @@ fn none_of_those_that_come_with_the_program_starts_by_itself() {
     );
     for addon in all.as_array().unwrap() {
         assert_eq!(addon["auto_start"], false, "{addon}");
-        assert!(addon["text"].as_str().unwrap().len() > 20, "the first line tells what it does: {addon}");
+        assert!(addon["text"].as_str().unwrap().len() > 20, "the first line must describe the add-on: {addon}");
     }
     let done = run(program(), root(), &["run", "scenes/first/pioneer_avoids_walls.toml", "--steps", "2"], &[]).good();
     assert!(!done.err.contains("add-on"), "{}", done.err);
 }
 
-/// Runs one of the repository's add-ons in a given folder.
+/// Runs the scene in `place` with one of the add-ons that come with the program.
 fn shipped(place: &Place, name: &str, options: &str, args: &[&str]) -> Done {
     let file = root().join("addons").join(format!("{name}.lua"));
     let addon = format!("{}:{options}", file.display());
     place.run(&[&["--addon", addon.as_str()], args].concat())
 }
 
-/// 2 rad/s on wheels of 0.0975 m give 0.195 m/s (README of the Pioneer): after 2 s about 0.38 m, less the loss while it
-/// accelerates.
+/// With wheels of 0.0975 m at 2 rad/s, the Pioneer drives at 0.195 m/s (see its README). After 2 s it has driven about
+/// 0.38 m, slightly less than 0.39 m because it accelerates first.
 #[test]
 fn the_pose_logger_writes_what_the_trace_tells() {
     let place = place(&[]);
@@ -269,7 +271,7 @@ fn the_pose_logger_writes_what_the_trace_tells() {
     let lines: Vec<&str> = csv.lines().collect();
     assert!(lines[0].starts_with("time_s,\"/Pioneer_p3dx x_m\",\"/Pioneer_p3dx y_m\""), "{csv}");
     let row = |i: usize| lines[i].split(',').map(|c| c.parse::<f64>().unwrap()).collect::<Vec<_>>();
-    // The first line is for the first step; the others follow every half second.
+    // The first row is that of the first step. The others follow every 0.5 s.
     let times: Vec<f64> = (1..lines.len()).map(|i| row(i)[0]).collect();
     assert_eq!(times[..5], [0.05, 0.5, 1.0, 1.5, 2.0], "{csv}");
     let trace = place.lines("trace.jsonl");
@@ -297,7 +299,7 @@ fn keys_drive_any_robot_with_two_wheels() {
     done.tells(&["key_teleop: drives /Pioneer_p3dx"]);
     let trace = place.lines("trace.jsonl");
     let x = |step: usize| trace[step].object::<3>("/Pioneer_p3dx", "position")[0];
-    // 4 rad/s on wheels of 0.0975 m; then it stands.
+    // With 4 rad/s and wheels of 0.0975 m the speed is 0.39 m/s. Afterwards the robot stands still.
     assert!(((x(35) - x(25)) / 0.5 - 0.39).abs() < 0.02, "{} m/s", (x(35) - x(25)) / 0.5);
     assert!((x(59) - x(52)).abs() < 0.002, "{}", x(59) - x(52));
 }
@@ -309,7 +311,8 @@ fn the_path_tracer_tells_how_far_they_went() {
     let done = shipped(&place, "path_tracer", "", &args).good();
     let line = done.err.lines().find(|l| l.contains("path_tracer: /Pioneer_p3dx went ")).unwrap().to_owned();
     let way: f64 = line.split("went ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    // Three passes more than the trace counts: 0.195 m/s for 2.15 s, less the loss while it accelerates.
+    // The robot drives at 0.195 m/s for 2.15 s, which includes three passes after the last step, minus the distance
+    // lost during the acceleration.
     assert!(way > 0.36 && way < 0.42, "{line}");
 }
 
@@ -322,10 +325,10 @@ fn the_profiler_counts_what_scripts_and_sensors_used() {
         done.err.lines().filter(|l| l.contains("profiler_report: ")).map(str::to_owned).collect()
     };
     let (one, other) = (report(&ran()), report(&ran()));
-    assert_eq!(one, other, "no clock is looked at");
-    assert!(one[0].contains("23 steps, 1 scripts"), "20 and the three to the end: {one:?}");
+    assert_eq!(one, other, "the output depends on a clock");
+    assert!(one[0].contains("23 steps, 1 scripts"), "expected 20 steps and three final passes: {one:?}");
     assert!(one[1].contains("100.0 %") && one[1].contains("/Pioneer_p3dx"), "{one:?}");
-    // 16 sonars, one volume each.
+    // The robot has 16 sonars with one volume each.
     assert!(one[2].contains("16 sensor(s) of kind proximity: 368 readings, 368 beams"), "{one:?}");
     assert!(place.read("use.csv").contains("sensor,\"proximity\",368,368"));
 }
@@ -342,7 +345,7 @@ fn conditions_stop_a_run() {
         (time - 1.0).abs() < 1e-9 && err.contains("auto_stop: the time limit is reached at 1.00 s"),
         "{time} {err}"
     );
-    // 0.195 m/s.
+    // At 0.195 m/s, 0.5 m take 2.6 s.
     let (time, err) = steps("object=/Pioneer_p3dx,way=0.5");
     assert!(time > 2.5 && time < 2.8 && err.contains("the object has moved 0.5"), "{time} {err}");
     let (time, _) = steps("region=0.3,-1,1,1");
@@ -372,29 +375,29 @@ fn with_reload_a_changed_addon_is_taken_between_two_steps() {
     client.ask(json!({ "request": "quit" }));
     let ended = run.end().good();
     let lines: Vec<&str> = ended.err.lines().filter(|l| l.starts_with("> ")).take(4).collect();
-    // A changed text keeps its global numbers.
+    // When the text of an add-on is reloaded, its global numbers keep their values.
     assert_eq!(lines, ["> old 1", "> old 2", "> new 3", "> new 4"], "{}", ended.err);
     assert!(ended.err.contains("reloaded the addon addons/word.lua (state kept)"), "{}", ended.err);
 }
 
-/// Follows the guide literally.
+/// Runs the commands and files of the guide in their order.
 #[test]
 fn the_guide_is_true() {
     let guide = fs::read_to_string(root().join("docs/guide/write-an-addon.md")).unwrap();
     let block = |language: &str, n: usize| -> String {
         let start = format!("```{language}\n");
-        guide.split(&start).nth(n + 1).and_then(|b| b.split("```").next()).expect("a block of the guide").to_owned()
+        guide.split(&start).nth(n + 1).and_then(|b| b.split("```").next()).expect("the guide has this block").to_owned()
     };
     let place = Place::new();
     place.write("addons/hello.lua", &block("lua", 0)).write("scene.toml", &block("toml", 0));
     let listed = place.tatu(&["list", "addons"]).good().out;
-    assert!(guide.contains(&listed), "the guide shows something else than:\n{listed}");
+    assert!(guide.contains(&listed), "the guide does not contain:\n{listed}");
     let run = |args: &[&str]| place.tatu(&[&["run", "scene.toml", "--steps", "3"], args].concat()).good().out;
     assert_eq!(run(&[]), "hello\na simulation begins\nthe first step is done\nit is over\n");
     place.write("addons/hello.lua", &format!("{}{}", block("lua", 1), block("lua", 2)));
     assert_eq!(run(&[]), "");
     assert_eq!(run(&["--addon", "hello:name=Ada,times=2"]), "hello Ada\nhello Ada\n");
-    // The events of the guide: none occurs here.
+    // The example of the guide that listens to events, none of which occurs here.
     place.write("addons/hello.lua", &block("lua", 3));
     assert_eq!(run(&[]), "");
 }

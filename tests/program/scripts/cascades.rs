@@ -1,4 +1,5 @@
-//! Tests of scripts that call those below them, as in versions before 3.3, and of scripts of kind `threaded`.
+//! Tests of scripts that call the scripts of their descendants, as in versions before 3.3, and of scripts of kind
+//! `threaded`.
 
 use crate::kit::*;
 
@@ -8,7 +9,8 @@ fn below(parent: &str, alias: &str, script: &str) -> String {
 
 #[test]
 fn a_script_calls_those_below_it_once_with_its_arguments() {
-    // See tests/facts/script-api.md, 1: arguments reach the scripts below, which are not run again in the pass.
+    // See tests/facts/script-api.md, 1: arguments are passed to the scripts of descendants, which are not called again
+    // in the same pass.
     let script = |name: &str| {
         format!(
             "if sim_call_type == sim_childscriptcall_actuation then
@@ -52,8 +54,8 @@ fn the_oldest_texts_call_those_below_them() {
 
 #[test]
 fn a_script_of_kind_threaded_runs_as_a_thread() {
-    // See tests/facts/script-api.md, 1: threaded child scripts are a type of their own. Nothing in this text reveals
-    // it.
+    // See tests/facts/script-api.md, 1: threaded child scripts are a separate type, which cannot be recognised from
+    // this text.
     let script = "for i = 1, 2 do
             simAddStatusbarMessage('run '..i)
             _G['simSwitch'..'Thread']()

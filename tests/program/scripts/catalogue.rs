@@ -1,5 +1,5 @@
-//! Tests of the catalogue of commands: the lists, and each command's example, which raises an error if it has no
-//! effect.
+//! Tests of the catalogue of commands: the lists, and the example of each command, which raises an error if the command
+//! has no effect.
 
 use std::fmt::Write;
 
@@ -18,10 +18,10 @@ fn commands() -> Vec<Value> {
 }
 
 fn text<'v>(c: &'v Value, key: &str) -> &'v str {
-    c[key].as_str().unwrap_or_else(|| panic!("no text `{key}` in {c}"))
+    c[key].as_str().unwrap_or_else(|| panic!("there is no string `{key}` in {c}"))
 }
 
-/// Objects that examples refer to by name.
+/// Scene entries for the objects to which examples refer by name.
 const OBJECTS: &str = r#"
 [[object]]
 kind = "sensor"
@@ -65,7 +65,7 @@ size_m = [9, 9, 0.02]
 position_m = [0, 0, 61.01]
 "#;
 
-/// Commands that end the run, or that need a world of their own for another reason.
+/// Commands that end the run, or whose examples need a separate world for another reason.
 const ALONE: &[&str] =
     &["sim.stopSimulation", "sim.quitSimulator", "sim.startSimulation", "sim.setArrayParam", "tatu.set"];
 
@@ -77,27 +77,27 @@ fn each_tells_its_status_and_has_an_example() {
         assert!(["full", "partial", "stub"].contains(&text(&c, "status")), "{name}");
         let example = text(&c, "example");
         match text(&c, "status") {
-            "stub" => assert!(!text(&c, "notes").is_empty(), "{name} is a stub and does not tell why"),
+            "stub" => assert!(!text(&c, "notes").is_empty(), "{name} is a stub without a note on the reason"),
             status => {
                 assert!(example.contains(name), "{name} ({status}) has no example that calls it: {example:?}");
-                assert!(status == "full" || !text(&c, "notes").is_empty(), "{name} does not tell what is missing");
+                assert!(status == "full" || !text(&c, "notes").is_empty(), "{name} has no note on what is missing");
             }
         }
     }
 }
 
-/// Runs all examples in one world, each as a script of its own.
+/// Runs all examples in one world, each as a separate script.
 #[test]
 fn examples_raise_nothing() {
     let all = commands();
     let with: Vec<&Value> =
         all.iter().filter(|c| text(c, "status") != "stub" && !text(c, "example").is_empty()).collect();
-    assert!(with.len() > 100, "the list has few examples: {}", with.len());
+    assert!(with.len() > 100, "the list has only {} examples", with.len());
     let mut scene = String::from("dialect = \"4.9\"\nphysics_dt_s = 0.025\n");
     scene += OBJECTS;
     let (mut names, mut alone) = (Vec::new(), Vec::new());
     for (i, c) in with.iter().enumerate() {
-        // Each example has a graph of its own.
+        // Each example has its own graph.
         let own = format!("/graph{i}");
         let example = text(c, "example").replace("'/graph'", &format!("'{own}'"));
         let object = |at: usize| {
@@ -131,7 +131,7 @@ fn examples_raise_nothing() {
         let errors = done.json()["errors"].as_array().unwrap().clone();
         failed.extend(errors.iter().map(|e| format!("{name}: {}", e["message"])));
     }
-    assert!(failed.is_empty(), "{} examples raise:\n{}", failed.len(), failed.join("\n"));
+    assert!(failed.is_empty(), "{} examples raise errors:\n{}", failed.len(), failed.join("\n"));
 }
 
 /// The pages in docs/ equal the output of `tatu describe --all --markdown docs/reference/commands`.
@@ -149,7 +149,7 @@ fn the_reference_pages_are_those_of_the_declarations() {
         let kept = std::fs::read_to_string(folder.join(&name)).unwrap_or_default();
         assert!(
             written == kept.replace("\r\n", "\n"),
-            "{name} is not what the declarations say: run `tatu describe --all --markdown docs/reference/commands`"
+            "{name} differs from the declarations: run `tatu describe --all --markdown docs/reference/commands`"
         );
     }
 }

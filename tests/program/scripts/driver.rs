@@ -9,7 +9,7 @@ fn main_script(text: &str, dialect: &str) -> String {
     )
 }
 
-/// The order of the stages in today's default main scripts.
+/// A main script with the order of stages in the default main scripts of current versions.
 const MODERN: &str = "
 function sysCall_init()
     sim.handleSimulationStart()
@@ -48,7 +48,7 @@ function sysCall_cleanup()
     sim.addStatusbarMessage('main cleans up')
 end";
 
-/// The default main script of 2015: the whole text runs for each call, with one branch for the step.
+/// The default main script of 2015, whose whole text runs at each call and has one branch for the step.
 const OLD: &str = "
 if (sim_call_type==sim_mainscriptcall_initialization) then
     simOpenModule(sim_handle_all)
@@ -91,7 +91,7 @@ if (sim_call_type==sim_mainscriptcall_cleanup) then
     simAddStatusbarMessage('main cleans up')
 end";
 
-/// Returns a robot that turns away from a wall by its sonars, a thruster, and a script that prints its readings with
+/// Returns a scene with a robot that avoids a wall by its sonars, a thruster, and a script that prints readings with
 /// the time.
 fn lively() -> String {
     let avoid = "function sysCall_init()
@@ -135,7 +135,7 @@ fn story(scene: &str, args: &[&str]) -> Vec<(String, f64, Vec<String>)> {
 fn the_default_order_by_a_main_script_gives_the_same_bits() {
     let without =
         story(&format!("{}[[object]]\nkind = \"dummy\"\nalias = \"driver\"\n", lively()), &["--seconds", "3"]);
-    assert!(without.iter().flat_map(|s| &s.2).any(|t| t.contains(" 1 0.")), "the sonar sees the wall: {without:?}");
+    assert!(without.iter().flat_map(|s| &s.2).any(|t| t.contains(" 1 0.")), "no sonar detects the wall: {without:?}");
     for (text, dialect) in [(MODERN, "4.9"), (OLD, "3.2"), (OLD, "")] {
         let text = text.replace("COUNT", "1");
         let with = story(&format!("{}{}", lively(), main_script(&text, dialect)), &["--seconds", "3"]);
@@ -176,14 +176,14 @@ fn fall(actuation: &str, steps: &str) -> Vec<(f64, f64)> {
 #[test]
 fn without_physics_no_time_passes() {
     let seen = fall("assert(sim.getSimulationTime() == 0)", "10");
-    assert_eq!(seen, vec![(0.0, 9.0); 10], "steps count, time stands");
-    // Every second step.
+    assert_eq!(seen, vec![(0.0, 9.0); 10], "without dynamics, neither time nor the box may change");
+    // Dynamics are handled in every second step.
     let seen = fall("if n % 2 == 0 then sim.handleDynamics(sim.getSimulationTimeStep()) end", "40");
     for (n, (time, _)) in (1..).zip(&seen) {
         assert!((time - f64::from(n / 2) * 0.05).abs() < 1e-12, "{time} after {n} steps");
     }
     let plain = fall("sim.handleDynamics(sim.getSimulationTimeStep())", "20");
-    assert_eq!(seen[39], plain[19], "the same fall in twice the steps");
+    assert_eq!(seen[39], plain[19], "the fall must be the same in twice the number of steps");
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn physics_twice_is_twice_the_time() {
     for (i, seen) in twice.iter().enumerate() {
         assert_eq!(*seen, once[2 * i + 1]);
     }
-    // With other step lengths, time is their sum, and a body falls for as long.
+    // With other step lengths, the time is their sum, and the body falls for that time.
     let seen = fall("assert(sim.handleDynamics(0.005) == 1) assert(sim.handleDynamics(0.02) == 4)", "10");
     let (t, z) = seen[9];
     assert!((t - 0.25).abs() < 1e-12, "{t}");
@@ -202,8 +202,8 @@ fn physics_twice_is_twice_the_time() {
 
 #[test]
 fn a_sensor_is_handled_while_a_joint_is_moved() {
-    // A ray on an arm that turns half a revolution within one step: it meets a ball of radius 0.2 at 1 m only at angles
-    // within asin(0.2) = 11.54 degrees of it.
+    // A ray is mounted on an arm that rotates by half a turn within one step. It hits a ball with a radius of 0.2 m at
+    // a distance of 1 m only within asin(0.2) = 11.54 degrees of its direction.
     let text = "function sysCall_actuation()
             local arm, eye = sim.getObject('/arm'), sim.getObject('/arm/eye')
             local hits = {}
@@ -251,7 +251,7 @@ fn a_stage_within_itself_is_refused_with_the_chain() {
     let message = e["message"].as_str().unwrap();
     let chain = "`actuate` was requested from within itself: /driver -> actuate -> /driver -> actuate";
     assert!(message.contains(chain), "{message}");
-    assert_eq!(done.json()["sim_time_s"].as_f64().map(|t| (t / 0.05).round()), Some(3.0), "the driver goes on");
+    assert_eq!(done.json()["sim_time_s"].as_f64().map(|t| (t / 0.05).round()), Some(3.0), "the driver must continue");
 }
 
 #[test]
@@ -263,7 +263,7 @@ fn who_is_no_main_script_runs_no_physics() {
     done.tells(&["kind `main`"]);
 }
 
-/// A command in C that runs a stage, as drivers in other languages would.
+/// A plugin in C with a command that runs a stage, as drivers in other languages would.
 const STAGER: &str = r#"
 #include "tatu.h"
 static const tatu_host_stage *stage;

@@ -1,9 +1,9 @@
-//! Tests of what scripts of older versions of the original rely on: numbers as text, Lua 5.1, call types, 32-bit
+//! Tests of the behaviour on which scripts of older versions rely: numbers as text, Lua 5.1, call types, and 32-bit
 //! numbers.
 
 use crate::kit::*;
 
-/// Returns what a script of a dialect outputs in `init` with `say(...)`, which takes a text.
+/// Returns the strings that a script of a dialect passes to `say(...)` in `init`.
 fn says(dialect: &str, text: &str) -> Vec<String> {
     let script = format!(
         "say = simAddStatusbarMessage
@@ -47,8 +47,8 @@ fn numbers_are_written_as_their_time_wrote_them() {
 
 #[test]
 fn scripts_of_both_eras_stand_side_by_side() {
-    // The old script calls the new one, which formats numbers in its own way; afterwards the old one still uses its
-    // own.
+    // The old script calls the new one, which uses the number format of its era. Afterwards the old script still uses
+    // the old format.
     let old = "function sysCall_actuation()
         local other = simGetScriptAssociatedWithObject(simGetObjectHandle('new'))
         simAddStatusbarMessage(simCallScriptFunction('told', other, 4/2)..' '..4/2)
@@ -101,7 +101,7 @@ fn numbers_pass_as_32_bit_floats_before_4_5() {
     assert_eq!(says("4.4", text)[0], "0.10000000149012");
 }
 
-/// Each script and the era that must be detected.
+/// Scripts, each with the era that must be detected.
 const TEXTS: &[(&str, &str)] = &[
     // Flat names only.
     ("if (sim_call_type==sim_childscriptcall_actuation) then x = 1 end", "A"),
@@ -149,7 +149,7 @@ fn calls_are_counted_by_callback() {
         assert!(a["calls"][callback].as_u64().unwrap() >= least, "{a}");
     }
     assert_eq!(a["calls"]["init"], 1);
-    // 10,000 iterations of a loop of one instruction each, three times; counted in thousands.
+    // Three runs of a loop with 10,000 iterations of one instruction each. Instructions are counted in thousands.
     assert!(a["instructions"].as_u64().unwrap() >= 29_000, "{a}");
 }
 
@@ -203,7 +203,7 @@ fn the_call_type_has_the_numbers_of_its_era() {
 
 #[test]
 fn no_text_runs_after_its_clean_up() {
-    // Texts with bare globals are called in every scene, and clean-up is their last call.
+    // Scripts that use bare globals are called in any scene, and their last call is that for clean-up.
     let script = "print('call '..sim_call_type..' '..(last or ''))
         if sim_call_type == sim_childscriptcall_cleanup then last = 'after clean-up' end";
     let told = Place::scene(&watcher("a", script)).run(&["--steps", "2"]).good().err;
@@ -213,7 +213,8 @@ fn no_text_runs_after_its_clean_up() {
 
 #[test]
 fn the_oldest_texts_run_once_a_step() {
-    // See tests/facts/script-api.md, 1, first row: an execution counter from 0, no call types.
+    // See tests/facts/script-api.md, 1, first row: scripts use an execution counter that starts at 0, and no call
+    // types.
     let script = "if (simGetScriptExecutionCount()==0) then simAddStatusbarMessage('first') end
         simHandleChildScript(sim_handle_all_except_explicit)
         simAddStatusbarMessage('run '..simGetScriptExecutionCount()..' '..tostring(_G['sim_call_'..'type']))";

@@ -29,8 +29,8 @@ fn what_is_declared_is_listed() {
     assert!(place.tatu(&["list", "events"]).good().out.contains("Two shapes have come into contact."));
 }
 
-/// A ball of 0.1 m, whose lowest point is 0.5 m above the floor, lands after sqrt(2 * 0.5 / 9.81) = 0.319 s: within the
-/// seventh step of 0.05 s. It rests there until it is removed at 1 s.
+/// A ball with a diameter of 0.1 m, whose lowest point is 0.5 m above the floor, lands after sqrt(2 * 0.5 / 9.81) =
+/// 0.319 s, which is in the seventh step of 0.05 s. It rests on the floor and is removed at 1 s.
 #[test]
 fn a_ball_that_lands_collides_once_rests_and_is_removed() {
     let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
@@ -54,7 +54,7 @@ fn a_ball_that_lands_collides_once_rests_and_is_removed() {
           end
         end";
     let done = Place::scene(&format!("{}{ball}", with(script))).run(&["--seconds", "2"]).good();
-    // At rest the floor carries its weight: 1000 kg/m^3 times 4/3 pi 0.05^3 are 0.5236 kg, 5.14 N.
+    // At rest the contact force is the weight: 1000 kg/m^3 * 4/3 pi (0.05 m)^3 = 0.5236 kg, or 5.14 N.
     let lines = told(&done);
     assert_eq!(lines[0], "collision /floor /ball 0.30", "{lines:?}");
     assert!(lines.iter().filter(|l| l.starts_with("collision")).count() <= 2, "{lines:?}");
@@ -65,7 +65,8 @@ fn a_ball_that_lands_collides_once_rests_and_is_removed() {
     assert_eq!(lines.last().unwrap(), "separation");
 }
 
-/// One script publishes in actuation, another in a handler: all events are delivered right after the stage, in order.
+/// One script publishes in actuation, and another in a handler. All events are delivered directly after the stage, in
+/// order.
 #[test]
 fn events_come_after_the_stage_in_the_order_of_publishing_and_subscribing() {
     let ear = "
@@ -85,7 +86,7 @@ fn events_come_after_the_stage_in_the_order_of_publishing_and_subscribing() {
     let place = Place::scene(&scene);
     let done = place.run(&["--steps", "1"]).good();
     let lines: Vec<String> = told(&done);
-    // The events of the first step; later passes are the same.
+    // The events of the first step, which are the same in all later passes.
     let expected =
         ["published", "first a1", "second a1", "first a2", "second a2", "b1", "b2", "sensing"].map(str::to_owned);
     assert_eq!(lines[..8], expected);
@@ -127,8 +128,8 @@ fn misspelt_names_and_names_of_the_host_are_refused_with_what_to_do() {
     let done = Place::scene(&with(script)).run(&["--steps", "1"]).good();
     let lines = told(&done);
     assert!(lines[0].contains("there is no event `colision`; did you mean `collision`?"), "{lines:?}");
-    assert!(lines[1].contains("names without a dot belong to the host"), "{lines:?}");
-    assert!(lines[2].contains("a payload is a table with names"), "{lines:?}");
+    assert!(lines[1].contains("names without a dot are reserved for the host"), "{lines:?}");
+    assert!(lines[2].contains("expected a table with keys"), "{lines:?}");
     assert!(lines[3].contains("no subscription 77"), "{lines:?}");
 }
 
@@ -141,10 +142,10 @@ fn handlers_that_call_each_other_without_end_are_stopped() {
           tatu.emit('test.ping')
         end";
     let errors = Place::scene(&with(script)).run(&["--steps", "3"]).errors();
-    assert!(errors[0]["message"].as_str().unwrap().contains("more than 10000 events at one moment"), "{errors:?}");
+    assert!(errors[0]["message"].as_str().unwrap().contains("more than 10000 events in one delivery"), "{errors:?}");
 }
 
-/// Listening does not affect the simulation, and errors of one script reach the handlers of others.
+/// Listening does not affect the simulation, and errors of one script are delivered to the handlers of others.
 #[test]
 fn listeners_leave_the_run_alone_and_learn_of_errors() {
     let bad = "function sysCall_actuation() if sim.getSimulationTime() > 0.2 then error('oh') end end";
@@ -167,8 +168,8 @@ fn listeners_leave_the_run_alone_and_learn_of_errors() {
     assert!(lines.iter().any(|l| l == "info" || l == "status"), "{lines:?}");
 }
 
-/// A plugin that declares an event, one with a name of the host's, a command that publishes, and a service that names
-/// the events it wants.
+/// A plugin with an event of its own, an event whose name belongs to the host, a command that publishes, and a service
+/// that subscribes to events.
 const BELL: &str = r#"
 #include "tatu.h"
 
@@ -265,8 +266,8 @@ fn a_plugin_in_c_declares_publishes_and_hears() {
     let rang = all.as_array().unwrap().iter().find(|e| e["name"] == "bell.rang").unwrap().clone();
     assert_eq!((&rang["by"], &rang["fields"][0]), (&"org.example.bell".into(), &"times".into()));
     let done = place.run(&["--steps", "3", "--service", "ear"]).good();
-    assert_eq!(told(&done), ["1", "bell.rang 3"], "it is wanted, and delivered after the stage");
-    // The service receives the events at the barrier after the first step, and only those that it named.
+    assert_eq!(told(&done), ["1", "bell.rang 3"], "the event must be delivered after the stage");
+    // The service receives events at the barrier after the first step, and only those to which it has subscribed.
     let heard: Vec<&str> = done.err.lines().filter(|l| ["bell.rang", "collision", "started"].contains(l)).collect();
     assert_eq!(heard, ["bell.rang", "collision"], "{}", done.err);
 }

@@ -1,4 +1,5 @@
-//! Tests that scripts open files in their folders and nowhere else: links, pipes and devices are refused with an error.
+//! Tests that scripts can open files only in their folders, and that links, pipes and devices are refused with an
+//! error.
 
 #![cfg(unix)]
 
@@ -6,7 +7,7 @@ use std::{fs, os::unix::fs::symlink, process::Command};
 
 use crate::kit::*;
 
-/// Creates a scene folder beside a forbidden folder, with links and other paths that lead there.
+/// Creates a scene folder beside a forbidden folder, with links into the forbidden folder.
 fn place(script: &str) -> Place {
     let place = Place::new();
     let p = place.path();
@@ -30,7 +31,7 @@ fn place(script: &str) -> Place {
     ] {
         symlink(to, p.join("scene").join(link)).unwrap();
     }
-    // The mesh folder beside a scene that is saved.
+    // The folder for the meshes of a saved scene is a link.
     symlink("../outside", p.join("scene/parts_files")).unwrap();
     succeed(Command::new("mkfifo").arg(p.join("scene/pipe.txt")));
     place
@@ -126,7 +127,8 @@ fn pipes_devices_and_folders_are_no_files() {
     ran(&place(script)).good().tells(&["done"]);
 }
 
-/// A model brings its modules along, wherever it is; other scripts do not see them, and nothing leads out of the folder.
+/// Scripts of a model find the model's modules wherever the model is. Other scripts do not find them, and no path leads
+/// out of the folder.
 #[test]
 fn scripts_of_models_require_what_is_beside_them() {
     let place = Place::new();

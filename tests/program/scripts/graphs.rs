@@ -1,4 +1,4 @@
-//! Tests of graphs and drawings: their records, also in files, equal closed forms of the motion.
+//! Tests of graphs and drawings: the recorded values and files equal closed forms of the motion.
 
 use crate::kit::*;
 
@@ -10,7 +10,7 @@ pub fn table(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     (heads, lines.map(|l| l.split(',').map(number).collect()).collect())
 }
 
-/// Returns a ball that falls from 10 m; a graph records it and a number of a script.
+/// Returns a scene with a ball that falls from 10 m, and a graph that records its height and a value set by a script.
 fn falling(more: &str) -> String {
     format!(
         "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\ndynamic = true\nposition_m = [0, 0, 10]\n\
@@ -38,17 +38,17 @@ fn a_fall_is_recorded_as_it_was() {
     assert_eq!(rows.len(), 20);
     for (i, r) in rows.iter().enumerate() {
         let t = 0.05 * (i + 1) as f64;
-        // Recorded at the end of a step, under the time at its end.
+        // Samples are taken at the end of a step, with the time at its end.
         assert!((r[0] - t).abs() < 1e-9);
-        // Free fall; the engine's steps of 2.5 ms cause an error of g t h / 2.
+        // Free fall: physics steps of h = 2.5 ms cause an error of g t h / 2.
         assert!((r[1] - (10.0 - 9.81 / 2.0 * t * t)).abs() < 0.015 * t + 1e-6, "{r:?}");
         assert!((r[3] - (2.0 * r[1] + 1.0)).abs() < 1e-12);
         match i {
-            0 => assert!(r[2].is_nan(), "a derivative begins with the second sample"),
-            // The mean speed of a step is that at its middle.
+            0 => assert!(r[2].is_nan(), "a derivative must start with the second sample"),
+            // The mean speed of a step equals the speed at its middle.
             _ => assert!((r[2] + 9.81 * (t - 0.025)).abs() < 0.02, "{r:?}"),
         }
-        // The script's value from the beginning of the step; no value after the script stops setting it.
+        // The value that the script has set at the start of the step; no value when it no longer sets one.
         if i < 10 {
             assert!((r[4] - (t - 0.05)).abs() < 1e-6, "{r:?}")
         } else {
@@ -58,7 +58,7 @@ fn a_fall_is_recorded_as_it_was() {
     }
     let png = std::fs::read(place.path().join("out/Fall.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG") && png.len() < 200 * 1024, "{} bytes", png.len());
-    // A run that continues from the middle has the same samples from the beginning.
+    // A run that is continued from a snapshot also has the samples before the snapshot.
     place.run(&["--steps", "20", "--from", "half.tatu", "--graphs", "again"]).good();
     assert_eq!(place.read("again/Fall.csv"), place.read("out/Fall.csv"));
 }
@@ -85,7 +85,7 @@ fn a_graph_that_makes_no_sense_is_refused_with_its_place() {
     refused("curves = [{ name = \"c\", x = \"a\", y = \"b\" }]", &["`a`"]);
     refused("buffer = 0", &["1000000"]);
     let lost = graph("streams = [{ name = \"a\", of = \"/nobody\", data = \"x\" }]");
-    lost.run(&["--steps", "1"]).good().tells(&["/nobody", "stays empty"]);
+    lost.run(&["--steps", "1"]).good().tells(&["/nobody", "remains empty"]);
 }
 
 #[test]
@@ -108,14 +108,14 @@ fn streams_find_readings_joints_and_speeds() {
     place.run(&["--seconds", "2", "--graphs", "out"]).good();
     let (_, rows) = table(&place.read("out/G.csv"));
     for r in &rows[4..] {
-        // Measured at the end of the step, at the joint position of that time: 3 m less 0.1 m less the distance
-        // travelled.
+        // The distance is measured at the end of the step, with the joint position at that time: 3 m minus 0.1 m minus
+        // the distance travelled.
         assert!((r[1] + r[2] - 2.9).abs() < 1e-3, "{r:?}");
         assert!((r[3] - 0.5).abs() < 1e-3, "{r:?}");
     }
 }
 
-/// Runs a script that raises an error if a check fails.
+/// Runs a script, which must not raise an error.
 fn lua(script: &str) {
     let graph = "[[object]]\nkind = \"graph\"\nalias = \"G\"\nexplicit = true\n";
     Place::scene(&format!("{graph}{}", watcher("tester", script))).run(&["--steps", "3"]).good();

@@ -1,8 +1,8 @@
-//! Tests of what one script cannot do to others, and what it cannot access.
+//! Tests of the isolation of scripts: how they cannot affect each other, and what they cannot access.
 
 use crate::kit::*;
 
-/// Ways to misbehave: the text of `actuation`, the kind of error, words of its message.
+/// Scripts that misbehave: the text of `actuation`, the kind of the error, and a part of its message.
 const WAYS: &[(&str, &str, &str)] = &[
     ("while true do end", "budget", "instructions"),
     ("while true do pcall(function() while true do end end) end", "budget", "instructions"),
@@ -43,7 +43,7 @@ fn whatever_one_script_does_the_other_robot_does_not_notice() {
     end";
     let hashes = |way: &str| {
         let bad = format!("function sysCall_actuation()\n{way}\nend");
-        // Far from each other.
+        // The robots are far from each other.
         let scene = format!(
             "[scene.budget]\ninstructions = 2000000\nmemory_mb = 16\n{}{FLOOR}{}",
             watcher("bad", &bad),
@@ -72,7 +72,7 @@ fn whatever_one_script_does_the_other_robot_does_not_notice() {
 
 #[test]
 fn a_script_is_stopped_at_the_same_instruction_in_every_run() {
-    // Its progress is stored in a signal, which another script prints.
+    // The endless script stores its progress in a signal, which another script prints.
     let bad = "function sysCall_actuation() local n = 0 while true do n = n + 1 sim.setFloatSignal('n', n) end end";
     let told = "function sysCall_sensing() sim.addStatusbarMessage(tostring(sim.getFloatSignal('n'))) end";
     let scene = format!("[scene.budget]\ninstructions = 300000\n{}{}", watcher("bad", bad), watcher("told", told));
@@ -83,7 +83,7 @@ fn a_script_is_stopped_at_the_same_instruction_in_every_run() {
     };
     let first = far();
     assert!(first[0].parse::<f64>().unwrap() > 10_000.0, "{first:?}");
-    assert_eq!(first[0], first[1], "it is not called again");
+    assert_eq!(first[0], first[1], "the script was called again");
     assert_eq!(first, far());
     assert_eq!(first, far());
 }
@@ -99,7 +99,7 @@ fn budgets_are_set_in_the_scene() {
     let place = Place::scene(&watcher("a", script));
     let errors = place.run(&["--steps", "1", "--set", "scene.budget.instructions=50000"]).errors();
     assert_eq!(errors[0]["kind"], "budget");
-    // The default, 50 million.
+    // The default budget is 50 million instructions.
     let endless = Place::scene(&watcher("a", "function sysCall_init() while true do end end"));
     let errors = endless.run(&["--steps", "1"]).errors();
     assert!(errors[0]["message"].as_str().unwrap().contains("50000000 instructions"), "{errors:?}");
@@ -125,7 +125,7 @@ fn nothing_of_the_machine_is_reached_unless_it_is_allowed() {
         assert_eq!(said(&["--allow", "exec,native"]), ["function function function", "from outside", "true"]);
     }
     place.tatu(&["run", "scene.toml", "--allow", "all"]).refused(&["exec", "native"]);
-    // The error of a missing function says what to do.
+    // The error about a missing function states how to allow it.
     let errors =
         Place::scene(&watcher("a", "function sysCall_init() os.execute('ls') end")).run(&["--steps", "1"]).errors();
     assert!(errors[0]["help"].as_str().unwrap().contains("--allow"), "{errors:?}");
@@ -157,5 +157,5 @@ fn an_endless_loop_leaves_99_other_robots_alone() {
     assert_eq!(all["errors"], serde_json::json!([]));
     let same = |i: usize| all["objects"][format!("/r{i}")]["hash"] == one["objects"][format!("/r{i}")]["hash"];
     let changed: Vec<usize> = (0..100).filter(|i| !same(*i)).collect();
-    assert_eq!(changed, [42], "it stands still; the others drive as before");
+    assert_eq!(changed, [42], "only the robot with the endless script may differ");
 }

@@ -1,5 +1,5 @@
-//! Tests of how scripts experience each other, physics and the end of a run: tests/facts/call-order.md, 1, 3 and 4,
-//! line by line, and tests/facts/script-api.md, 2.
+//! Tests of the effects of scripts on each other and on physics, and of the end of a run, line by line against
+//! tests/facts/call-order.md, 1, 3 and 4, and tests/facts/script-api.md, 2.
 
 use tatu_core::{Phase, World};
 
@@ -32,7 +32,7 @@ fn four(script: impl Fn(&str) -> String) -> String {
     )
 }
 
-/// Reads all signals at the start of a callback, then sets its own.
+/// A script that reads all signals at the start of each callback, and then sets its own signal.
 const SIGNALS: &str = "
 local function look(when)
     local seen = {}
@@ -62,9 +62,9 @@ fn signals_are_seen_in_the_step_that_was_observed() {
     let (_place, world) = started(&four(|name| format!("NAME = '{name}'{SIGNALS}")));
     told(&world);
     world.step();
-    // call-order.md, 4: what an earlier script sets in actuation, later ones see in the same actuation, in step 1
-    // already in `init`; what a later one sets is seen in the sensing of the same step; what an earlier one sets in
-    // sensing is seen in the same sensing.
+    // call-order.md, 4: a signal that a script sets in actuation is visible to later scripts in the same actuation (in
+    // step 1 already in `init`), and to earlier scripts in the sensing of the same step. A signal set in sensing is
+    // visible to later scripts in the same sensing.
     let wanted = [
         "child init: child=- parent=- sibling=- cust=-",
         "child actuation: child=- parent=- sibling=- cust=-",
@@ -79,15 +79,16 @@ fn signals_are_seen_in_the_step_that_was_observed() {
         "cust sensing: child=11 parent=11 sibling=11 cust=10",
     ];
     assert_eq!(told(&world), wanted);
-    // Set in sensing by a later script: seen in the next step's actuation.
+    // Signals that a later script sets in sensing are visible in the actuation of the next step.
     world.step();
     assert_eq!(told(&world)[0], "child actuation: child=11 parent=11 sibling=11 cust=11");
     world.stop();
     let lines = told(&world);
     let last: Vec<&str> =
         lines.iter().map(String::as_str).filter(|l| !l.contains("ing:") && !l.contains("uation:")).collect();
-    // In `cleanup` of child scripts all signals exist; those of child scripts are removed before `afterSimulation`,
-    // those of customization scripts remain. Two steps, then three passes after the request.
+    // In `cleanup` of child scripts all signals still exist. The signals of child scripts are removed before
+    // `afterSimulation`, but those of customization scripts are not. The run has two steps, and three passes after the
+    // stop request.
     let all = "child=51 parent=51 sibling=51 cust=51";
     let wanted = [
         format!("child cleanup: {all}"),
@@ -100,8 +101,9 @@ fn signals_are_seen_in_the_step_that_was_observed() {
 
 #[test]
 fn tubes_carry_packets_in_the_step_that_was_observed() {
-    // call-order.md, 4: what the child (earlier) writes in actuation, the parent reads in the same actuation; what the
-    // parent (later) writes, the child reads in the same step's sensing; a packet is read once, then nil.
+    // call-order.md, 4: the parent, which is called later, reads in the same actuation what the child has written in
+    // actuation. The child reads what the parent has written in the sensing of the same step. Each packet can be read
+    // only once; afterwards the result is nil.
     let script = |name: &str| {
         format!(
             "local function read(when)
@@ -123,7 +125,7 @@ fn tubes_carry_packets_in_the_step_that_was_observed() {
         )
     };
     let (_place, world) = started(&(object("A", "", "parent") + &object("B", "parent = \"A\"\n", "child")));
-    // In step 1 the second end is opened after the first has written; the rule holds from the step after that.
+    // In step 1 the second end of the tube is opened after the first has written. The rule applies from step 2 on.
     world.step();
     told(&world);
     world.step();
@@ -183,13 +185,13 @@ fn an_error_of_a_modern_script_silences_it_until_the_next_start() {
     let old = "n = 0 function sysCall_actuation() n = n + 1 simAddStatusbarMessage('call '..n) error('mine') end";
     let place = Place::scene(&format!("dialect = \"4.1\"\n{}", watcher("A", old)));
     let done = place.run(&["--steps", "3"]);
-    assert_eq!(done.errors()[0]["count"], 6, "three steps and three passes after the request to stop");
+    assert_eq!(done.errors()[0]["count"], 6, "expected three steps and three passes after the stop request");
 }
 
 #[test]
 fn what_a_stop_restores_removes_and_leaves() {
-    // call-order.md, 4: restored: object position, joint position; removed: objects created during simulation; not
-    // restored: visibility layer.
+    // call-order.md, 4: positions of objects and joints are restored, and objects created during the simulation are
+    // removed. The visibility layer is not restored.
     let script = "function sysCall_actuation()
             if made then return end
             made = sim.createDummy(0.01)
@@ -266,7 +268,7 @@ fn physics_has_its_callbacks_between_its_steps() {
         }
         assert_eq!(told(&world), wanted, "step {step}");
     }
-    // The joint turns as the callbacks return: 2 rad/s for three steps of 50 ms.
+    // The joint has the velocity that the callbacks return: 2 rad/s for three steps of 50 ms.
     let [position, velocity, _] = world.observe("/base/hinge").unwrap().joint.unwrap();
     assert!((position - 0.3).abs() < 0.01 && (velocity - 2.0).abs() < 1e-3, "{position} {velocity}");
     assert!(world.faults().is_empty(), "{:?}", world.faults());
@@ -274,7 +276,8 @@ fn physics_has_its_callbacks_between_its_steps() {
 
 #[test]
 fn the_answer_to_a_contact_holds_from_the_next_physics_step() {
-    // A box that slides over the floor: with friction 0 it keeps its speed, and without a response it falls through.
+    // A box slides over the floor. With friction 0 it keeps its speed, and without a collision response it falls
+    // through.
     let fall = |answer: &str| {
         let script = format!("function sysCall_contact(d) return {answer} end");
         let body = "dynamic = true\nrespondable = true\nmass_kg = 1.0\nfriction = 1.0";
@@ -292,14 +295,14 @@ fn the_answer_to_a_contact_holds_from_the_next_physics_step() {
     };
     assert!((fall("nil") - 0.1).abs() < 1e-3);
     assert!((fall("{collisionResponse = true, bullet = {friction = 0}}") - 0.1).abs() < 1e-3);
-    // Free fall through 1 s less the physics step in which it began: 0.5 * 9.81 * 0.995^2 = 4.86 m.
+    // Free fall for 1 s minus the physics step in which it started: 0.5 * 9.81 * 0.995^2 = 4.86 m.
     let z = fall("{collisionResponse = false}");
     assert!((z - (0.1 - 4.86)).abs() < 0.05, "{z}");
 }
 
 #[test]
 fn a_script_may_end_or_restart_itself_or_hold_a_step_back() {
-    // script-api.md, 1: the return values that a callback may have.
+    // script-api.md, 1: the values that a callback can return.
     let script = "function sysCall_init() sim.addStatusbarMessage('init') n = 0 end
         function sysCall_actuation() n = n + 1 sim.addStatusbarMessage('n ' .. n) if n == 2 then return {cmd = 'WHAT'} end end
         function sysCall_cleanup() sim.addStatusbarMessage('cleanup') end";
@@ -315,7 +318,7 @@ fn a_script_may_end_or_restart_itself_or_hold_a_step_back() {
         assert_eq!(lines[..wanted.len()], wanted, "{what}: {lines:?}");
         assert!(world.faults().is_empty(), "{:?}", world.faults());
     }
-    // `doNotRunMainScript`: neither the main script nor time advances.
+    // With `doNotRunMainScript` the main script is not called, and time does not advance.
     let hold = "n = 0 function sysCall_beforeMainScript() n = n + 1 return {doNotRunMainScript = n % 2 == 1} end
         function sysCall_actuation() sim.addStatusbarMessage(string.format('%.2f', sim.getSimulationTime())) end";
     let scene = format!(
@@ -328,7 +331,7 @@ fn a_script_may_end_or_restart_itself_or_hold_a_step_back() {
     assert_eq!(told(&world), ["0.00", "0.05"]);
     assert_eq!((world.steps(), world.time()), (4, 0.1));
     world.stop();
-    assert_eq!(world.phase(), Phase::Stopped, "a stop is not held back");
+    assert_eq!(world.phase(), Phase::Stopped, "a script must not prevent a stop");
 }
 
 #[test]
@@ -338,7 +341,7 @@ fn passes_after_a_stop_stand_in_the_trace_and_are_not_counted() {
         if STOP and sim.getSimulationTime() > 0.12 then STOP = false sim.stopSimulation() end
     end";
     for (asks, args, steps, states) in [
-        // Requested between two passes: an ordinary pass follows.
+        // After a request between two passes, an ordinary pass follows.
         (false, &["--steps", "3"][..], 3, vec![16, 17, 17, 17, 21, 22]),
         // A script requests the stop in the fourth pass, which is counted; the run ends as usual.
         (true, &["--steps", "50"][..], 4, vec![16, 17, 17, 17, 21, 22]),
@@ -367,7 +370,7 @@ fn a_pause_that_nobody_can_lift_ends_the_run_and_says_so() {
     done.tells(&["suspended", "nothing can resume it"]);
 }
 
-/// A command in C that adds a script to an object.
+/// A plugin in C with a command that adds a script to an object.
 const ADDER: &str = r#"
 #include "tatu.h"
 static const tatu_host_scripts *scripts;
@@ -404,8 +407,8 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
 
 #[test]
 fn a_script_added_in_actuation_begins_in_the_sensing_of_that_step() {
-    // call-order.md, 4, a script created in actuation of step n: chunk and init in the sensing part of step n, after
-    // the existing scripts; `sensing` in step n, `actuation` from n + 1.
+    // call-order.md, 4: if a script is created in the actuation of step n, its chunk and `init` run in the sensing part
+    // of step n, after the existing scripts. `sensing` is called from step n on, `actuation` from n + 1.
     let late = "sim.addStatusbarMessage('late chunk')
         for _, c in ipairs{'init', 'actuation', 'sensing', 'cleanup'} do
             _G['sysCall_' .. c] = function() sim.addStatusbarMessage('late ' .. c) end
@@ -428,12 +431,12 @@ fn a_script_added_in_actuation_begins_in_the_sensing_of_that_step() {
     let status: Vec<String> = place.all_lines("t.jsonl").iter().flat_map(|l| l.status()).map(str::to_owned).collect();
     let first = ["actuation", "sensing", "late chunk", "late init", "late sensing"];
     assert_eq!(status[..5], first, "{}", done.err);
-    // From the next step on it is called in the regular order: deepest first.
+    // From the next step on it is called in the regular order, in which the deepest objects come first.
     assert_eq!(status[5..9], ["late actuation", "actuation", "late sensing", "sensing"]);
     assert_eq!(status.last().unwrap(), "late cleanup");
 }
 
-/// A window of a customization script exists after the run and in the next one; that of a child script does not.
+/// A window of a customization script stays open after a run and in the next run, but that of a child script does not.
 #[test]
 fn what_customization_scripts_hold_outlives_the_run() {
     let child = "simUI = require 'simUI'

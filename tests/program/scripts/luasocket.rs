@@ -1,5 +1,5 @@
-//! Tests of sockets in scripts: the behaviour that users of LuaSocket expect, permissions, and runs that are repeated
-//! without the peer.
+//! Tests of sockets in scripts: the behaviour that users of LuaSocket expect, permissions, and replays without the
+//! peer.
 
 use std::{
     io::{Read, Write},
@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::{kit::served::Served, kit::*};
 
-/// Functions for test scripts: `is` compares the results of a call, including nil.
+/// Functions for test scripts, such as `is`, which compares the results of a call, including nil.
 const BEGIN: &str = r#"
 local function told(...)
     local out, t = {}, table.pack(...)
@@ -38,7 +38,7 @@ local function pair(socket)
 end
 "#;
 
-/// Creates a scene whose script runs once, at the start.
+/// Creates a scene with a script that runs once, in `init`.
 fn scene(script: &str) -> Place {
     let place = Place::new();
     place.write(
@@ -52,7 +52,7 @@ fn scene(script: &str) -> Place {
 
 const ALLOW: [&str; 2] = ["--allow", "net=127.0.0.1:*"];
 
-/// Runs with sockets, and again from its log without any; both results must be equal.
+/// Runs a scene with sockets, and replays its log without sockets. Both results must be equal.
 #[track_caller]
 fn twice(place: &Place, more: &[&str]) -> Value {
     let args = [&["--steps", "3", "--log", "run.log", "--trace", "one.jsonl"][..], &ALLOW, more].concat();
@@ -276,7 +276,7 @@ fn a_scene_may_ask_and_only_the_person_grants() {
     place.run(&[]).refused(&["E101", "nett", "net"]);
 }
 
-/// Starts a server in the test that answers this many lines with a number each, and ends.
+/// Starts a thread with a server that answers `answers` lines with one number each, and then exits.
 fn server(answers: u32) -> (u16, std::thread::JoinHandle<()>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
@@ -286,7 +286,7 @@ fn server(answers: u32) -> (u16, std::thread::JoinHandle<()>) {
             let mut line = Vec::new();
             while !line.ends_with(b"\n") {
                 let mut byte = [0];
-                // The run has ended, with or without closing the connection properly.
+                // The connection has ended, whether it was closed properly or not.
                 if !matches!(stream.read(&mut byte), Ok(1)) {
                     return;
                 }
@@ -300,7 +300,8 @@ fn server(answers: u32) -> (u16, std::thread::JoinHandle<()>) {
     (port, thread)
 }
 
-/// Creates a scene whose thread connects and requests the speed of a wheel in every step, as scripts of 2015 do.
+/// Creates a scene with a threaded script that requests the speed of a wheel from the server in every step, as scripts
+/// of 2015 do.
 fn driven(port: u16) -> Place {
     let place = Place::new();
     let script = format!(
@@ -341,15 +342,15 @@ fn what_a_server_tells_is_repeated_without_it() {
     let args = [&["--steps", "40", "--log", "run.log", "--trace", "one.jsonl"][..], &ALLOW].concat();
     let done = place.run(&args).good().json();
     thread.join().unwrap();
-    // The server is gone, and the replay has no permissions.
+    // The server has exited, and the replay has no permissions.
     let again = place.tatu(&["run", "--replay", "run.log", "--json", "--trace", "two.jsonl"]).good().json();
     assert_eq!(done["hash"], again["hash"]);
     assert_eq!(place.read("one.jsonl"), place.read("two.jsonl"));
     assert!(place.read("run.log").contains("\"observed\":\"socket\""));
-    // Without the server the result differs: the server drove the robot.
+    // Without the server, which drives the robot, the result differs.
     let still = place.run(&["--steps", "40"]).good().json();
     assert_ne!(still["hash"], done["hash"]);
-    // A log that lacks the received data is reported; the data is not guessed.
+    // If the received data is missing in the log, an error is reported.
     let log = place.read("run.log");
     let cut = sealed_anew(&log, |line| line.replace("luasocket.receive", "luasocket.accept"));
     place.write("cut.log", &cut);
@@ -381,13 +382,14 @@ fn who_waits_for_ever_ends_with_the_run() {
     let more = [&ALLOW[..], &["--watchdog", "1"]].concat();
     let mut served = Served::with("jsonl", file.to_str().unwrap(), &more);
     served.connect().write_all(b"{\"id\":1,\"request\":\"start\"}\n").unwrap();
-    // Longer than the limit for a call that does not return.
+    // This is longer than the watchdog's limit for a call that does not return.
     std::thread::sleep(Duration::from_secs(3));
-    assert!(served.is_there(), "waiting is not being stuck");
-    assert!(served.interrupt(), "it still waits");
+    assert!(served.is_there(), "the watchdog has ended a run that waits");
+    assert!(served.interrupt(), "an interrupt does not end the wait");
 }
 
-/// The green robot of V-REP's tutorial, on a Pioneer: its thread starts a program and queries it in every step.
+/// Creates a scene with a script in the style of V-REP's BubbleRob tutorial, on a Pioneer: its thread starts a program
+/// and queries it in every step.
 fn bubblerob(port: u16) -> Place {
     let place = Place::new();
     let script = format!(
@@ -446,7 +448,7 @@ fn drives_and_is_repeated(place: &Place, allow: &str) -> Done {
     let args = ["--seconds", "8", "--log", "run.log", "--trace", "one.jsonl", "--allow", allow];
     let done = place.run(&args).good();
     assert!(done.err.contains("7\t7"), "{}", done.err);
-    assert!(done.err.contains("-3.5\t-1.75"), "it saw the box: {}", done.err);
+    assert!(done.err.contains("-3.5\t-1.75"), "the box was not detected: {}", done.err);
     let again = place.tatu(&["run", "--replay", "run.log", "--json", "--trace", "two.jsonl"]).good().json();
     assert_eq!(done.json()["hash"], again["hash"]);
     assert_eq!(place.read("one.jsonl"), place.read("two.jsonl"));
@@ -461,7 +463,7 @@ fn the_program_of_bubblerob_is_started_or_stood_in_for() {
     let built_in = drives_and_is_repeated(&place, "net=127.0.0.1:*");
     built_in.tells(&["bubbleRobServer does not exist; the built-in substitute listens"]);
 
-    // A program of the user, which takes some time until it listens.
+    // A program of the user, which needs some time before it listens.
     let place = bubblerob(free_port());
     let server = "#!/usr/bin/env python3\nimport socket, struct, sys, time\ntime.sleep(0.3)\n\
                   s = socket.create_server(('127.0.0.1', int(sys.argv[1]))).accept()[0]\nend = -9\n\

@@ -1,8 +1,9 @@
-//! Tests of Lua modules that came with the original: the examples of their page run, and the modules work in a scene.
+//! Tests of the Lua modules that came with the original: the examples in their page run, and the modules work in a
+//! scene.
 
 use crate::kit::*;
 
-/// Returns the blocks of Lua in a page.
+/// Returns the Lua code blocks of a page.
 fn blocks(page: &str) -> Vec<&str> {
     page.split("```lua\n").skip(1).filter_map(|b| b.split("```").next()).collect()
 }
@@ -66,7 +67,7 @@ print('all')
     assert!(done.out.contains("all"), "{}", done.err);
 }
 
-/// A box on a static conveyor is transported; its speed follows the requested one.
+/// A box on a static conveyor is transported at the requested speed.
 #[test]
 fn a_conveyor_carries_what_lies_on_it() {
     let place = Place::scene(
@@ -136,7 +137,7 @@ fn printed(script: &str) -> String {
     Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "1"]).good().out
 }
 
-/// See tests/facts/script-api.md, 10; lengths of arcs are angle times radius.
+/// See tests/facts/script-api.md, 10. The length of an arc is the angle times the radius.
 #[test]
 fn programs_of_machine_tools_become_ways() {
     let script = r#"

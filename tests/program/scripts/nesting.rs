@@ -1,16 +1,16 @@
-//! Tests of scripts that call each other, remove each other, and never return: results are defined, and other scripts
-//! continue.
+//! Tests of scripts that call each other, remove each other, or never return: the results are well defined, and other
+//! scripts continue.
 
 use crate::kit::*;
 
-/// Creates two scripts, `a` and `b`, that can call each other; `other` is the other one's script.
+/// Creates two scripts, `a` and `b`, that can call each other through the variable `other`.
 fn pair(a: &str, b: &str) -> Place {
     let find =
         |other| format!("function sysCall_init() other = sim.getScript(sim.scripttype_childscript, '/{other}') end\n");
     Place::scene(&format!("{}{}", watcher("a", &(find("b") + a)), watcher("b", &(find("a") + b))))
 }
 
-/// Returns a script function that counts down by mutual calls and returns; `at_0` runs in the innermost call.
+/// Returns a Lua function that counts down by mutual calls; `at_0` runs in the innermost call.
 fn down(at_0: &str) -> String {
     format!(
         "function down(n)
@@ -20,7 +20,8 @@ fn down(at_0: &str) -> String {
     )
 }
 
-/// Starts in the second step: in the first, b's text has not run yet when a is called (tests/facts/call-order.md, 1).
+/// Lua code of `a` that starts the calls in the second step, because in the first step the text of `b` has not run yet
+/// when `a` is called (tests/facts/call-order.md, 1).
 const START: &str = "
 function sysCall_actuation()
     step = (step or 0) + 1
@@ -56,13 +57,13 @@ fn one_removes_the_other_s_object_at_the_bottom() {
 
 #[test]
 fn whose_object_is_gone_cannot_be_called() {
-    // b removes a's object half way, and calls it again: an error, which propagates through all scripts.
+    // Half way, b removes a's object and calls a again. This raises an error, which propagates through all calls.
     let b = down("").replace("if n == 0", "if n == 5 then sim.removeObject(sim.getObject('/a')) end if n == 0");
     let errors = pair(&(down("") + START), &b).run(&["--steps", "3"]).errors();
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert_eq!(errors[0]["kind"], "missing_object", "{errors:?}");
 
-    // A caught error is an ordinary value.
+    // An error that a script catches is an ordinary value.
     let b = "function down(n)
         sim.removeObject(sim.getObject('/a'))
         local ok, message = pcall(sim.callScriptFunction, 'down', other, n - 1)
@@ -70,7 +71,7 @@ fn whose_object_is_gone_cannot_be_called() {
     end";
     let lines = pair(&(down("") + START), b).trace(&[], &["--steps", "3"]);
     assert!(lines[1].status()[0].starts_with("false: "), "{:?}", lines[1].status());
-    assert_eq!(lines[2].status().len(), 0, "a is gone");
+    assert_eq!(lines[2].status().len(), 0, "the removed script a is called");
 }
 
 #[test]
@@ -97,7 +98,7 @@ fn endless_recursion_through_commands_ends_with_an_error() {
     // The error names the chain of calls.
     let words = format!("{} {}", e["message"], e["traceback"]);
     assert!(words.contains("down") && words.contains("64"), "{e}");
-    assert_eq!(done.json()["steps"], 3, "the run goes on");
+    assert_eq!(done.json()["steps"], 3, "the run must continue");
 }
 
 #[test]
@@ -107,7 +108,7 @@ fn endless_recursion_within_a_script_ends_with_an_error() {
     assert!(errors[0]["message"].as_str().unwrap().contains("overflow"), "{errors:?}");
 }
 
-/// Creates two robots; the first one's script does `deed` from 0.5 s on.
+/// Creates two robots. The script of the first executes `deed` from 0.5 s on.
 fn robots(deed: &str) -> Place {
     let drive = |l, r, deed: &str| {
         format!(
@@ -144,7 +145,7 @@ fn a_script_that_never_ends_is_stopped_and_the_others_do_not_notice() {
         assert_eq!(
             (e["line"].as_u64(), e["count"].as_u64()),
             (Some(4), Some(1)),
-            "{deed}: named with its line, once: {e}"
+            "{deed}: expected one error with its line: {e}"
         );
         assert_eq!(result["steps"], 40);
         assert_eq!(result["objects"]["/second"], calm["objects"]["/second"], "{deed}");

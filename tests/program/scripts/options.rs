@@ -1,11 +1,11 @@
-//! Tests of tables as arguments: a parameter declared as a map is a map whatever a script's table looks like, and its
-//! keys can be declared.
+//! Tests of tables as arguments: a parameter declared as a map receives a map for any table of a script, and its keys
+//! can be declared.
 
 use std::process::Command;
 
 use crate::kit::*;
 
-/// `opts.any` returns a description of its argument, `opts.known` has declared keys.
+/// A plugin with the commands `opts.any`, which describes its argument, and `opts.known`, which declares its keys.
 const PLUGIN: &str = r#"
 #include <stdio.h>
 #include <string.h>

@@ -10,7 +10,7 @@ use crate::{
     state::restart::{registry, world},
 };
 
-/// Callbacks that log name, callback, time and state.
+/// A script whose callbacks log name, callback, time and state.
 pub const LOGGED: &str = "
 local function log(what)
     sim.addStatusbarMessage(string.format('%s %s %.2f %d', NAME, what, sim.getSimulationTime(), sim.getSimulationState()))
@@ -22,7 +22,7 @@ for _, callback in ipairs{'info', 'init', 'cleanup', 'nonSimulation', 'beforeSim
 end
 ";
 
-/// A thread that ends when the simulation is stopping.
+/// A thread function that ends when the simulation is stopping.
 const THREAD: &str = "
 function sysCall_thread()
     sim.addStatusbarMessage('thread of ' .. NAME .. ' begins')
@@ -38,7 +38,7 @@ fn text(name: &str, more: &str) -> String {
     format!("NAME = '{name}'{LOGGED}{more}")
 }
 
-/// Returns an object with scripts, each given by kind, priority and text.
+/// Returns the scene entry of an object with scripts, each given by kind, priority and text.
 fn object(alias: &str, parent: &str, scripts: &[(&str, &str, String)]) -> String {
     let parent = if parent.is_empty() { String::new() } else { format!("parent = \"{parent}\"\n") };
     let script = |(kind, priority, text): &(&str, &str, String)| {
@@ -48,7 +48,7 @@ fn object(alias: &str, parent: &str, scripts: &[(&str, &str, String)]) -> String
     format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n{parent}scripts = [{}]\n", scripts.join(", "))
 }
 
-/// Attaches a script that is not in the document.
+/// Adds a script that is not in the document to a world.
 fn attach(world: &World, registry: &Registry, kind: &str, name: &str) {
     let language = registry.languages.iter().position(|l| l.id == "lua").unwrap();
     let spec = ScriptSpec {
@@ -68,7 +68,7 @@ pub fn told(world: &World) -> Vec<String> {
     world.take_lines().into_iter().map(|l| l.text).collect()
 }
 
-/// Returns "who callback time state" for each name, in order.
+/// Returns the expected line "NAME CALLBACK TIME STATE" for each name, in order.
 fn calls(names: &[&str], callback: &str, at: &str) -> Vec<String> {
     names.iter().map(|n| format!("{n} {callback} {at}")).collect()
 }
@@ -88,7 +88,7 @@ fn observed_scene() -> (Place, World, Arc<Registry>) {
     let world = world(&place.path().join("scene.toml"), &registry);
     attach(&world, &registry, "addon", "add-on");
     attach(&world, &registry, "sandbox", "sandbox");
-    // The test itself can end pauses.
+    // Allows the world to pause, because the test resumes it.
     world.set_interactive(true);
     (place, world, registry)
 }
@@ -98,7 +98,8 @@ const CHILDREN: [&str; 4] = ["child B", "child A", "child C", "child D"];
 const LASTING: [&str; 4] = ["cust B", "cust A", "add-on", "sandbox"];
 const ALL: [&str; 8] = ["child B", "child A", "child C", "child D", "cust B", "cust A", "add-on", "sandbox"];
 
-/// Returns the lines of a whole normal step; `thread` is what the thread of C prints before its actuation.
+/// Returns the lines of a complete normal step. `thread` contains the lines that the thread of C prints before the
+/// actuation of C.
 fn whole(at: &str, thread: &[&str]) -> Vec<String> {
     let mut out = calls(&ALL, "beforeMainScript", at);
     for name in ALL {
@@ -224,7 +225,7 @@ fn a_stop_while_paused_resumes_first() {
     assert_eq!(world.phase(), Phase::Stopped);
 }
 
-/// Returns the order in which child scripts of a forest are called in actuation, in a scene of a dialect.
+/// Returns the order in which the child scripts of several trees are called in actuation, in a scene with a dialect.
 fn order_in(dialect: &str, first: &str) -> Vec<String> {
     let script = |name: &str| {
         let priority = if name == first { "first" } else { "normal" };
@@ -244,19 +245,19 @@ fn order_in(dialect: &str, first: &str) -> Vec<String> {
 
 #[test]
 fn each_dialect_has_its_order() {
-    // call-order.md, 2. A scene without dialect with modern scripts counts as modern.
+    // See call-order.md, 2. A scene without a dialect is treated as modern if it has modern scripts.
     for dialect in ["4.4", "4.9", ""] {
         assert_eq!(order_in(dialect, ""), ["V", "Y", "U", "W", "X", "Z", "Q2", "Q1", "Q0"], "`{dialect}`");
     }
     // Priority has no effect on different objects.
     assert_eq!(order_in("4.9", "Q0"), order_in("4.9", ""));
-    // Up to 3.5 parents come first, tree by tree; siblings by execution order.
+    // Up to 3.5, trees are processed one by one with parents first, and siblings by execution order.
     for dialect in ["3.2", "3.5"] {
         assert_eq!(order_in(dialect, ""), ["X", "Y", "U", "Z", "W", "V", "Q2", "Q1", "Q0"], "`{dialect}`");
     }
     assert_eq!(order_in("3.2", "Q0"), ["Q0", "X", "Y", "U", "Z", "W", "V", "Q2", "Q1"]);
     assert_eq!(order_in("3.2", "U"), ["X", "U", "Y", "Z", "W", "V", "Q2", "Q1", "Q0"]);
-    // 3.6 to 4.3: descendants first, tree by tree; siblings by priority.
+    // From 3.6 to 4.3, trees are processed one by one with descendants first, and siblings by priority.
     for dialect in ["3.6", "4.3"] {
         assert_eq!(order_in(dialect, ""), ["Y", "U", "X", "V", "W", "Z", "Q2", "Q1", "Q0"], "`{dialect}`");
     }
@@ -265,7 +266,7 @@ fn each_dialect_has_its_order() {
 
 #[test]
 fn scripts_of_one_object_go_by_priority() {
-    // call-order.md, 2: three scripts on one object ran first, normal, last.
+    // See call-order.md, 2: three scripts on one object ran in the order of their priorities first, normal, last.
     let script = |p| ("child", p, format!("function sysCall_actuation() sim.addStatusbarMessage('{p}') end"));
     let place = Place::scene(&object("A", "", &["last", "normal", "first"].map(script)));
     let world = world(&place.path().join("scene.toml"), &registry());
@@ -288,13 +289,13 @@ fn an_old_scene_counts_as_old_without_a_dialect() {
     let one = world(&place.path().join("scene.toml"), &registry());
     one.start();
     one.step();
-    assert_eq!(told(&one), ["A", "B"], "parents first");
-    // One modern script makes the scene count as modern.
+    assert_eq!(told(&one), ["A", "B"], "parents must be called first");
+    // A scene with a single modern script is treated as modern.
     let modern = ("child", "normal", "function sysCall_actuation() sim.addStatusbarMessage('C') end".to_owned());
     let scene = format!("{}{}", scene.concat(), object("C", "", &[modern]));
     let place = Place::scene(&scene);
     let two = world(&place.path().join("scene.toml"), &registry());
     two.start();
     two.step();
-    assert_eq!(told(&two), ["B", "A", "C"], "deepest first");
+    assert_eq!(told(&two), ["B", "A", "C"], "the deepest must be called first");
 }

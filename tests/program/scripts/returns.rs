@@ -274,7 +274,7 @@ alias = "caller"
 script = { file = "calls.lua" }
 "#;
 
-/// Calls each row in the second actuation, as the reference did, and prints the results.
+/// A script that makes each call in the second actuation, as the reference did, and prints the results.
 const CALLS: &str = r#"
 local names, known, named = {}, 0, false
 local function one(v)
@@ -316,7 +316,7 @@ function sysCall_actuation()
 end
 "#;
 
-/// Ignores the sign of zero.
+/// Removes the sign of negative zeros.
 fn unsigned(text: &str) -> String {
     let mut out = text.to_owned();
     for end in [",", "}", " "] {
@@ -346,7 +346,7 @@ fn values_are_those_of_the_original() {
         let expected = if ours.is_empty() { original } else { ours };
         let same = match *expected {
             "text" => found.starts_with("1: string("),
-            // In names, the box's number represents its handle.
+            // In names, `__<box>__` stands for the handle of the box.
             e if e.contains("__<box>__") => found.starts_with("1: string"),
             e => found == e,
         };
@@ -362,7 +362,7 @@ fn each_difference_stands_in_the_guide() {
     let guide = std::fs::read_to_string(root().join("docs/guide/coming-from-vrep.md")).unwrap();
     for (call, original, ours) in ROWS.iter().filter(|r| !r.2.is_empty()) {
         let row = guide.lines().find(|l| l.starts_with(&format!("| `{call}`")) && l.contains(original));
-        let row = row.unwrap_or_else(|| panic!("docs/guide/coming-from-vrep.md lacks `{call}`"));
+        let row = row.unwrap_or_else(|| panic!("docs/guide/coming-from-vrep.md does not list `{call}`"));
         assert!(*ours == "text" || row.contains(&ours.replace(['<', '>'], "")), "{call}: {row}");
     }
 }
@@ -385,8 +385,9 @@ fn each_row_of_the_guide_names_its_test() {
     assert!(rows > 40, "{rows} rows");
 }
 
-/// Old eras: API errors through flat names are reported and return -1 or nil, those through `sim.` names are raised;
-/// since 4.2 all are raised (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
+/// In old eras, errors of commands called by flat names are reported, and the result is -1 or nil; errors of commands
+/// with
+/// `sim.` names are raised. Since 4.2 all are raised (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
 #[test]
 fn errors_of_flat_names_follow_the_era() {
     let script = "
@@ -413,8 +414,8 @@ fn errors_of_flat_names_follow_the_era() {
     }
 }
 
-/// Without a detection: one value before 4.2, -1 in the first actuation and 0 afterwards; five values since 4.2
-/// (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
+/// Without a detection, a sensor returns one value before 4.2, which is -1 in the first actuation and 0 afterwards, and
+/// five values since 4.2 (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
 #[test]
 fn proximity_sensors_answer_as_the_era_expects() {
     let script = "

@@ -2,7 +2,8 @@
 
 use crate::kit::*;
 
-/// Works on one goal, appending an element to the sequence in each step, as public scripts do.
+/// A script with an action server, which appends an element to the sequence of its goal in each step, as public scripts
+/// do.
 pub const SERVER: &str = r#"
 simROS2 = require 'simROS2'
 function sysCall_init()
@@ -41,7 +42,7 @@ function sysCall_actuation()
 end
 "#;
 
-/// Prints what it receives.
+/// A script with an action client that prints everything it receives.
 const CLIENT: &str = r#"
 simROS2 = require 'simROS2'
 local function say(...) sim.addStatusbarMessage('> ' .. table.concat({...}, ' ')) end
@@ -89,7 +90,7 @@ fn a_goal_may_be_rejected_deferred_and_taken_back() {
     assert_eq!(
         run("[2] = function() assert(simROS2.sendGoal(client, {order = -1})) end", 4),
         ["answer 0 false"],
-        "a no is an answer"
+        "a rejection must be delivered"
     );
     assert_eq!(
         run("[2] = function() simROS2.sendGoal(client, {order = 0}) end", 4),
@@ -99,7 +100,7 @@ fn a_goal_may_be_rejected_deferred_and_taken_back() {
         [4] = function() assert(simROS2.cancelLastGoal(client)) end,
         [8] = function() assert(not simROS2.cancelLastGoal(client)) end";
     assert_eq!(run(plan, 9), ["answer 32 true", "feedback 0,1,1", "feedback 0,1,1,2", "canceled 0,1,1,2"]);
-    // A server may also reject a cancellation.
+    // A server can also reject a cancellation.
     let plan = plan.replace("order = 9", "order = 7").replace("[8]", "[20]");
     assert_eq!(run(&plan, 12).last().unwrap(), "succeeded 0,1,1,2,3,5,8,13");
 }
@@ -118,7 +119,7 @@ fn what_is_not_there_is_told() {
     for (line, told) in heard.iter().zip([
         "offers the action /nobody, and this script cannot wait for one",
         "has no field \"ordre\"",
-        "there is no action client 1000",
+        "there is no action client with the handle 1000",
         "there is no action server",
     ]) {
         assert!(line.contains(told), "{line}");

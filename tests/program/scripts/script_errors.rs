@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::kit::*;
 
-/// Returns the errors of a run of two steps with this script.
+/// Returns the errors of a run of two steps with a script in a dialect.
 fn errors(script: &str, dialect: &str) -> Vec<Value> {
     let dialect = if dialect.is_empty() { String::new() } else { format!("dialect = \"{dialect}\"\n") };
     Place::scene(&format!("{dialect}{}", watcher("a", script))).run(&["--steps", "2"]).errors()
@@ -29,17 +29,18 @@ fn every_mistake_has_its_kind() {
         assert_eq!(found.len(), 1, "{text}: {found:?}");
         assert_eq!(found[0]["kind"], kind, "{text}: {found:?}");
         assert!(found[0]["message"].as_str().unwrap().contains(words), "{text}: {found:?}");
-        // The line in the script; the text begins one line below its quotes.
+        // Lines are counted from the opening quotes, so the first line of text is line 2.
         assert_eq!(found[0]["line"], 2, "{text}: {found:?}");
     }
-    // Unknown names are nil, so scripts may test for them.
+    // Unknown names are nil, so scripts can test whether they exist.
     let asks = "function sysCall_init() if simOMPL or simExtFoo or sim.fooBar then error('there') end end";
     Place::scene(&watcher("a", asks)).run(&["--steps", "1"]).good();
 }
 
 #[test]
 fn old_scripts_go_on_after_an_error() {
-    // tests/facts/script-api.md, 2, up to 4.1: the call ends, and the script is called again in the next step.
+    // See tests/facts/script-api.md, 2: up to 4.1 an error ends the call, and the script is called again in the next
+    // step.
     for dialect in ["3.2", "4.1"] {
         let script = "function sysCall_actuation()
             n = (n or 0) + 1
@@ -51,8 +52,8 @@ fn old_scripts_go_on_after_an_error() {
         let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
         let done = place.run(&["--steps", "3", "--trace", "t.jsonl"]);
         let errors = done.errors();
-        assert_eq!(errors.len(), 1, "told once: {errors:?}");
-        assert!(errors[0]["count"].as_u64().unwrap() >= 3, "and counted: {errors:?}");
+        assert_eq!(errors.len(), 1, "expected one error: {errors:?}");
+        assert!(errors[0]["count"].as_u64().unwrap() >= 3, "expected a higher count: {errors:?}");
         let lines = place.lines("t.jsonl");
         assert_eq!(lines[2].status(), ["before 3", "sensing"], "{dialect}");
     }
@@ -69,11 +70,11 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
         let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
         let done = place.run(&["--steps", "1", "--trace", "t.jsonl"]);
         assert_eq!(done.errors().len(), 2, "{dialect}");
-        // tests/facts/script-api.md, 2: -1 for handles, nil for values.
+        // See tests/facts/script-api.md, 2: after an error, handles are -1 and values are nil.
         let told = place.lines("t.jsonl")[0].status().join(",");
         assert!(told.starts_with("handle -1,value nil,new false"), "{told}");
     }
-    // Each place is reported separately, with its line.
+    // Errors in different lines are reported separately.
     let script = "function sysCall_actuation()
         h = simGetObjectHandle('Pionier')
         simSetJointTargetVelocity(h, 1)
@@ -90,7 +91,7 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
 #[test]
 fn beginners_are_told_what_to_do() {
     let cases = [
-        // A misspelt command, a misspelt function of the script's own, a variable.
+        // A misspelt command, a misspelt function of the script, and a misspelt variable.
         ("sim.setJointTargetVelocty(1, 2)", "there is no command", "did you mean `sim.setJointTargetVelocity`?"),
         ("simGetObjectHandel('a')", "there is no command", "did you mean `simGetObjectHandle`?"),
         ("drvie()", "attempt to call a nil value (global 'drvie')", "did you mean `drive`?"),
@@ -131,7 +132,7 @@ fn the_first_line_is_short() {
     assert!(done.errors()[0]["traceback"].as_str().unwrap().contains("inner"));
 }
 
-/// Endless work in C functions ends with an error of its script, and the run continues.
+/// Endless loops of C functions are stopped with an error of their script, and the run continues.
 #[test]
 fn loops_of_the_library_use_up_a_budget() {
     let calls = [

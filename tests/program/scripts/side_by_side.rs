@@ -1,5 +1,5 @@
-//! Tests of scripts that run in parallel: what they see, when their actions take effect, and that the number of threads
-//! changes nothing.
+//! Tests of scripts that run in parallel: which state they read, when their actions take effect, and that results do
+//! not depend on the number of threads.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ fn jointed(name: &str, side_by_side: bool, script: &str) -> String {
     )
 }
 
-/// Returns a script that counts, reads another object's joint, sets its own, and prints what it read.
+/// Returns a script that counts, reads the joint of another object, sets its own joint, and prints what it has read.
 fn teller(other: &str, more: &str) -> String {
     format!(
         "
@@ -32,7 +32,7 @@ function sysCall_cleanup() print(NAME .. ' ends') end"
     )
 }
 
-/// Runs a scene with a number of threads; returns the lines of each step, the errors, and the last hash.
+/// Runs a scene with `threads` threads. Returns the lines of each step, the errors, and the last hash.
 fn run(scene: &str, threads: usize, steps: usize) -> (Vec<Vec<String>>, Vec<String>, String) {
     let place = Place::scene(scene);
     let registry = registry();
@@ -62,11 +62,11 @@ fn run_all(scene: &str, steps: usize) -> (Vec<Vec<String>>, Vec<String>) {
 #[test]
 fn they_see_the_world_as_it_was_and_what_they_set_themselves() {
     let name = |i: usize| format!("r{:02}", i % 70);
-    // Each reads the joint of the one before it, which in sequential execution would have been set already.
+    // Each script reads the joint of the previous one, which in sequential execution would already have been set.
     let scene: String = (0..70).map(|i| jointed(&name(i), true, &teller(&name(i + 69), ""))).collect();
     let (lines, faults) = run_all(&scene, 4);
     assert_eq!(faults, [""; 0]);
-    // In the first step they begin, one after the other.
+    // In the first step the scripts are initialised one after the other.
     for (step, told) in lines.iter().enumerate().skip(2) {
         let at = 0.05 * (step - 1) as f64;
         let wanted: Vec<String> =
@@ -85,7 +85,7 @@ fn one_that_does_not_run_beside_others_parts_them() {
         jointed("e", true, &teller("d", "")),
     ];
     let (lines, _) = run_all(&scene.concat(), 3);
-    // c sees what b has set, d what c has set; b and e read neighbours in the same parallel row.
+    // c reads what b has set, and d what c has set, but b and e read neighbours that run in parallel with them.
     let wanted = ["a 3: 2 3", "b 3: 2 3", "c 3: 3 3", "d 3: 3 3", "e 3: 2 3"].map(|l| format!("{l} at 0.10"));
     assert_eq!(lines[3], wanted);
 }
@@ -117,7 +117,7 @@ fn what_goes_wrong_in_them_is_told_in_their_order() {
         "r03 ends",
         "r04 2:",
         "r05 2:",
-        "scripts that run side by side",
+        "scripts that run in parallel",
         "r05 ends",
         "r06 2:",
         "r07 2:",
@@ -131,11 +131,13 @@ fn what_goes_wrong_in_them_is_told_in_their_order() {
         "r39 2:",
     ];
     assert!(order.map(place).is_sorted(), "{second}");
-    for what in ["setInt32Signal: scripts that run side by side with others cannot call it", "expected finite numbers"]
-    {
+    for what in [
+        "setInt32Signal: scripts that run in parallel with others (`side_by_side`) cannot call it",
+        "expected finite numbers",
+    ] {
         place(what);
     }
-    // r09 has started again, r11 has not.
+    // r09 has been restarted, but r11 has not.
     let third = lines[3].join("\n");
     assert!(third.contains("r09 1:") && !third.contains("r11 ") && third.contains("r38 3:"), "{third}");
     for (object, what) in

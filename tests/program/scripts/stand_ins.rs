@@ -1,10 +1,10 @@
-//! Tests of scripts without their scene: missing objects are created, of the kind that their calls need.
+//! Tests of scripts without their scene: missing objects are created, of the kinds that the calls of the scripts need.
 
 use serde_json::{Value, json};
 
 use crate::kit::*;
 
-/// Runs `script.lua` for 20 steps, and returns the summary.
+/// Runs `script.lua` with `--stand-ins` for 20 steps, and returns the summary.
 #[track_caller]
 fn stand_ins(text: &str, more: &[&str]) -> Value {
     let place = Place::new();
@@ -12,7 +12,7 @@ fn stand_ins(text: &str, more: &[&str]) -> Value {
     let args = ["run", "--script", "script.lua", "--stand-ins", "--steps", "20", "--json"];
     let done = place.tatu(&[&args, more].concat());
     assert!(done.code == 0 || done.code == 1, "{}", done.err);
-    // Lines that scripts print at the very end precede the summary, on another stream.
+    // The summary is on standard output, and the lines of scripts are on standard error.
     done.json()
 }
 
@@ -104,7 +104,8 @@ fn a_path_hangs_below_the_right_object() {
     assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
 }
 
-/// Missing children and parents mostly mark the end of a tree, and a parameter of the scene may well be absent.
+/// No stand-ins are created for missing children and parents, which usually mark the end of a tree, or for parameters
+/// of the scene.
 #[test]
 fn parents_children_and_parameters_are_made_when_they_are_missed() {
     let asks = "function sysCall_init()
@@ -154,7 +155,7 @@ fn what_other_scripts_and_the_scene_gave_is_there_when_it_is_missed() {
         "print(string.format('%.1f %d', angle, count), #sim.unpackFloatTable(data) > 3, #sim.unpackTable(data)) end";
     let done = stand_ins(&format!("{asks} {uses}"), &[]);
     assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
-    // A value that leads on to a function that does not exist anywhere is worse than none.
+    // A stand-in value that only leads to a call of an unknown function is worse than no value.
     let worse = "local x = count + 1 sim.noSuchFunction() end";
     assert_eq!(kinds(&stand_ins(&format!("{asks} {worse}"), &[])), ["runtime"]);
 }
@@ -187,7 +188,7 @@ fn objects_of_a_type_registered_ones_and_models_are_made() {
     }
 }
 
-/// Vision sensors: -1 is "never handled", depths of 1 are at the far plane (tests/facts/script-api.md, 4).
+/// For vision sensors, -1 means "never handled", and a depth of 1 is at the far plane (tests/facts/script-api.md, 4).
 #[test]
 fn vision_sensors_are_blind_and_no_error() {
     let done = stand_ins(
@@ -218,7 +219,7 @@ fn vision_sensors_are_blind_and_no_error() {
     assert_eq!(kinds(&stand_ins(old, &[])), Vec::<Value>::new());
 }
 
-/// The default main script's stages (tests/facts/script-api.md, 1): physics runs, so that time advances.
+/// The stages of the default main script (tests/facts/script-api.md, 1) run, including physics, so time advances.
 #[test]
 fn the_default_main_script_can_be_required() {
     let done = stand_ins("require('defaultMainScript')", &[]);
@@ -227,7 +228,7 @@ fn the_default_main_script_can_be_required() {
     let others =
         "require('utils') include('/lua/graph_customization.lua') require('configUi') ui = ConfigUI('a', nil, nil)";
     assert_eq!(kinds(&stand_ins(others, &[])), Vec::<Value>::new());
-    // A file of the user's own takes precedence.
+    // A file of the user takes precedence.
     let place = Place::new();
     place.write("utils.lua", "return {own = true}");
     place.write("s.lua", "function sysCall_init() if not require('utils').own then error('not mine') end end");
@@ -249,7 +250,7 @@ fn what_is_nowhere_is_not_made() {
     }
 }
 
-/// Names that scripts use for something of their own are left alone.
+/// No stand-ins are created for names that scripts define themselves.
 #[test]
 fn a_script_may_use_names_of_the_library_for_its_own() {
     let done = stand_ins(
@@ -285,7 +286,7 @@ fn two_runs_are_equal_and_a_log_replays_without_the_script() {
     assert_eq!(replayed["hash"], first);
 }
 
-/// Only main scripts may let physics advance; see the guide, "A main script".
+/// Only main scripts can advance physics; see "A main script" in the guide.
 #[test]
 fn the_kind_is_found_from_the_text_or_given() {
     let main = "function sysCall_actuation() sim.handleDynamics(sim.getSimulationTimeStep()) end";
@@ -311,7 +312,7 @@ fn what_is_wrong_with_the_command_line_is_told() {
     place.tatu(&["run", "--script", "none.lua", "--stand-ins"]).refused(&["E105", "none.lua"]);
     place.tatu(&["run", "--script", "/a=s.lua", "--stand-ins"]).refused(&["E102", "object"]);
     place.tatu(&["run", "--script", "s.lua", "--as", "main"]).refused(&["--stand-ins"]);
-    // An absolute path of a file begins with a slash, too.
+    // Absolute paths of files also begin with a slash, like those of objects.
     let file = place.path().join("s.lua");
     place.tatu(&["run", "--script", file.to_str().unwrap(), "--stand-ins", "--steps", "1"]).good();
 }

@@ -1,8 +1,9 @@
-//! Tests that what scripts store in a world is limited, and that exceeding the limit is an error of the script.
+//! Tests that the amount of data that scripts store in a world is limited, and that exceeding the limit is an error of
+//! the script.
 
 use crate::kit::*;
 
-/// Runs a script that does this 100 times per step in a world with little memory.
+/// Runs a script that executes `body` 100 times per step in a world with little memory.
 fn greedy(body: &str) -> Done {
     let script = format!(
         "big = ('x'):rep(1000000)\nfunction sysCall_init() me = sim.getObject('.') n = 0 end\n\
@@ -16,7 +17,7 @@ fn greedy(body: &str) -> Done {
 fn refused(body: &str, words: &str) {
     let errors = greedy(body).errors();
     let text = errors.iter().map(|e| e["message"].as_str().unwrap()).collect::<Vec<_>>().join("\n");
-    assert!(text.contains(words) && text.contains("more than 8 MB"), "{text}");
+    assert!(text.contains(words) && text.contains("would exceed 8 MB"), "{text}");
     assert!(errors[0]["line"].is_u64(), "{errors:?}");
 }
 
@@ -49,10 +50,11 @@ fn what_is_replaced_or_removed_makes_room() {
 fn lines_that_take_too_much_are_left_out() {
     let done = greedy("print(big .. n)").good();
     assert!(done.err.len() < 60_000_000, "{} bytes", done.err.len());
-    done.tells(&["the lines of one step take more than 8 MB"]);
+    done.tells(&["the log lines of one step exceed 8 MB"]);
 }
 
-/// As many removals as the reference promises: an old handle is an error, and never another object.
+/// After as many removals as the reference guarantees, an old handle still causes an error and never refers to another
+/// object.
 #[test]
 fn a_number_that_was_kept_does_not_become_another_object() {
     let script = "

@@ -1,4 +1,4 @@
-//! Tests of messages between scripts, and of what outlives a run: tests/facts/call-order.md, 4.
+//! Tests of messages between scripts, and of the state that outlives a run (tests/facts/call-order.md, 4).
 
 use tatu_core::{World, document::ScriptSpec};
 
@@ -26,7 +26,7 @@ fn status(world: &World) -> Vec<String> {
     told(world).into_iter().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }
 
-// A broadcast is delivered within the call, to the other scripts in their order: child scripts, the deepest first, then
+// A broadcast is delivered during the call to the other scripts in their order: child scripts, deepest first, and then
 // customization scripts.
 #[test]
 fn a_broadcast_reaches_the_others_within_the_call() {
@@ -55,7 +55,7 @@ fn a_broadcast_reaches_the_others_within_the_call() {
     assert_eq!(status(&world), ["before", "deep hello 3", "late hello 3", "cust hello 3", "behind"]);
 }
 
-// At a stop model properties are restored, custom data blocks are not.
+// When a run stops, model properties are restored, but custom data blocks are not.
 #[test]
 fn a_stop_leaves_custom_data_and_restores_model_properties() {
     let script = "function sysCall_init()
@@ -79,7 +79,7 @@ fn a_stop_leaves_custom_data_and_restores_model_properties() {
     assert_eq!(stopped.last().map(String::as_str), Some("then 61440"), "0xF000: not a model, as before");
 }
 
-// Signals of customization scripts and of the sandbox remain; those of child scripts are removed before
+// Signals of customization scripts and of the sandbox remain after a run; those of child scripts are removed before
 // `afterSimulation`.
 #[test]
 fn signals_of_the_sandbox_stay() {

@@ -1,8 +1,8 @@
-//! Tests of threaded scripts of all eras: coroutines, preempted after slices of instructions.
+//! Tests of threaded scripts of all eras, which are coroutines that are preempted after a number of instructions.
 
 use crate::kit::*;
 
-/// Returns what a script's threads print in each step.
+/// Returns the lines that threads print in each step.
 fn says(scene: &str, steps: &str) -> Vec<Vec<String>> {
     let lines = Place::scene(scene).trace(&[], &["--steps", steps]);
     lines.iter().map(|l| l.status().iter().map(|s| s.to_string()).collect()).collect()
@@ -10,7 +10,8 @@ fn says(scene: &str, steps: &str) -> Vec<Vec<String>> {
 
 #[test]
 fn an_old_text_is_a_thread() {
-    // tests/facts/script-api.md, 1: the text runs once, in its thread; the usual form around a thread function.
+    // See tests/facts/script-api.md, 1: the text runs once, in its thread. This is the usual form around a thread
+    // function.
     let script = "simSetThreadSwitchTiming(200)
         threadFunction=function()
             local n = 0
@@ -57,7 +58,7 @@ fn a_busy_thread_is_cut_at_the_same_place_in_every_run() {
         .collect();
     assert_eq!(runs[0], runs[1]);
     assert_eq!(runs[0], runs[2]);
-    // The other script was called in every step, and the thread had advanced each time.
+    // The other script was called in every step, and the thread had advanced before each call.
     let counts: Vec<u64> = runs[0].1.iter().map(|s| s.parse().unwrap()).collect();
     assert_eq!(counts.len(), 20);
     assert!(counts.windows(2).all(|w| w[0] < w[1]), "{counts:?}");
@@ -65,7 +66,7 @@ fn a_busy_thread_is_cut_at_the_same_place_in_every_run() {
 
 #[test]
 fn slices_have_the_length_that_is_set() {
-    // 1 ms is 20,000 instructions, 2 ms unless set (docs/guide/scripts.md, "Threads").
+    // 1 ms corresponds to 20,000 instructions; the default is 2 ms (docs/guide/scripts.md, "Threads").
     let far = |set: &str| -> f64 {
         let said = says(&format!("{}{}", watcher("busy", &format!("{set} {BUSY}")), watcher("other", COUNTER)), "11");
         let at = |i: usize| said[i].concat().parse::<f64>().unwrap();
@@ -76,13 +77,14 @@ fn slices_have_the_length_that_is_set() {
         let ratio = far(&format!("simSetThreadSwitchTiming({ms})")) / usual;
         assert!((ratio / times - 1.0).abs() < 0.05, "{ms} ms: {ratio}");
     }
-    // Each iteration has five instructions and a call: between 4 and 20.
+    // Each iteration has five instructions and a call, which cost between 4 and 20 instructions together.
     assert!((2000.0..10_000.0).contains(&usual), "{usual}");
 }
 
 #[test]
 fn modern_threads_are_cut_unless_they_step() {
-    // tests/facts/script-api.md, 1: automatic switching, off in stepping mode; `setStepping` returns the level.
+    // See tests/facts/script-api.md, 1: threads are switched automatically except in stepping mode, and `setStepping`
+    // returns the level.
     let script = "sim = require('sim')
         function sysCall_thread()
             local before = sim.setStepping(true)
@@ -137,7 +139,8 @@ fn yields_pass_through_protected_calls_metamethods_and_iterators() {
 
 #[test]
 fn a_cut_inside_a_sort_or_a_coroutine_comes_later() {
-    // Where a thread cannot be preempted, it continues until it can; a coroutine within it is never preempted itself.
+    // If a thread cannot be preempted, it continues to the next point at which it can. A coroutine in it is never
+    // preempted.
     let script = "function sysCall_thread()
         local t = {} for i = 1, 300 do t[i] = (i * 7919) % 503 end
         for round = 1, 5 do table.sort(t, function(a, b) for i = 1, 20 do end return a < b end) end
@@ -147,7 +150,7 @@ fn a_cut_inside_a_sort_or_a_coroutine_comes_later() {
     assert_eq!(says(&watcher("a", script), "3").concat(), ["inout0"].map(|s| s.replace('0', &lowest().to_string())));
 }
 
-/// Returns the least of the numbers that the script above sorts.
+/// Returns the smallest of the numbers that the script sorts.
 fn lowest() -> u64 {
     (1..=300).map(|i| (i * 7919) % 503).min().unwrap()
 }
@@ -161,5 +164,5 @@ fn a_thread_that_never_lets_go_is_stopped_by_its_budget() {
     let errors = done.errors();
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert_eq!((&errors[0]["kind"], &errors[0]["line"]), (&"budget".into(), &3.into()), "{errors:?}");
-    assert!(place.lines("t.jsonl").iter().all(|l| l.status().len() == 1), "the other goes on");
+    assert!(place.lines("t.jsonl").iter().all(|l| l.status().len() == 1), "the other script must continue");
 }

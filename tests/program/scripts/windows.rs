@@ -2,8 +2,8 @@
 
 use crate::kit::*;
 
-/// A drawing comes from a file, from the description, or from the script; if it cannot be read, the window opens
-/// nevertheless.
+/// An SVG drawing can be in a file, in the description of the window, or in the script. If it cannot be read, the
+/// window still opens.
 #[test]
 fn drawings_are_held_as_they_were_given() {
     let script = r#"

@@ -1,14 +1,14 @@
-//! Tests of depth cameras against closed-form geometry: plates square and slanted, a ball, parallel lines of sight.
+//! Tests of depth cameras against closed-form geometry: facing and slanted plates, a ball, parallel lines of sight.
 //!
-//! With f = half the number of columns / tan(half the angle), a pinhole camera's pixel (column, row) has the direction
-//! (-(column - cx) / f, (row - cy) / f, 1): +z ahead, +y up, +x to the left. Depth is the distance along z
-//! (`tests/facts/devices.md`: z, not the range).
+//! With f = (half the number of columns) / tan(half the angle), the pixel (column, row) of a pinhole camera has the
+//! direction (-(column - cx) / f, (row - cy) / f, 1), where +z points forward, +y up and +x to the left. The depth is
+//! the distance along z, not along the ray (`tests/facts/devices.md`).
 
 use crate::kit::*;
 
 const COLUMNS: usize = 64;
 const ROWS: usize = 48;
-/// Degrees between the left and right edge.
+/// Angle between the left and right edge of the image, degrees.
 const ANGLE: f64 = 57.0;
 
 /// Returns a camera at (0, 0, 1) that points along x with z up: its x is the world's y, its y the world's z.
@@ -23,7 +23,7 @@ fn small(more: &str) -> String {
     camera(&format!("columns = {COLUMNS}\nrows = {ROWS}\n{more}"))
 }
 
-/// Returns the depths that a scene's camera reads after one step, and the whole line.
+/// Returns the depths that a scene's camera measures in one step, and the line of the trace.
 fn depths(scene: &str) -> (Vec<f64>, Line) {
     let mut lines = Place::scene(scene).trace(&["/eye"], &["--steps", "1"]);
     let line = lines.remove(0);
@@ -44,7 +44,8 @@ fn near(is: f64, wanted: f64, i: usize) {
     assert!((is - wanted).abs() <= 1e-3 * wanted, "pixel {i} reads {is} m, not {wanted} m");
 }
 
-/// The face of a plate 2 cm thick at 1.5 m is at 1.49 m in every pixel; pixels beside it are empty.
+/// The face of a plate with a thickness of 2 cm at 1.5 m has the depth 1.49 m in all pixels. Other pixels have no
+/// depth.
 #[test]
 fn a_square_plate_is_as_far_everywhere() {
     let plate = cuboid("plate", [0.02, 1.0, 0.8], [1.5, 0.0, 1.0], "");
@@ -68,14 +69,15 @@ fn a_square_plate_is_as_far_everywhere() {
     assert!((k[0] - f).abs() < 1e-9 && (k[1] - f).abs() < 1e-9 && k[2..] == [31.5, 23.5], "{k:?}");
 }
 
-/// A plate turned by 40 degrees about the vertical: its front is in n . p = d, so z = d / (n . (sx, sy, 1)).
+/// The plate is rotated by 40 degrees about the vertical. Its front is the plane n . p = d, so the depth is
+/// z = d / (n . (sx, sy, 1)).
 #[test]
 fn a_slanted_plate() {
     let turn = 40_f64.to_radians();
     let plate = cuboid("plate", [0.02, 12.0, 12.0], [2.0, 0.0, 1.0], "orientation_deg = [0, 0, 40]");
     let (z, _) = depths(&format!("{}{plate}", small("far_m = 10.0")));
-    // The face towards the camera has the outward normal (-cos, -sin) in the world's x and y, and is 1 cm before the
-    // centre.
+    // The face towards the camera has the outward normal (-cos, -sin) in the world's x and y, and is 1 cm in front of
+    // the centre of the plate.
     let distance = 2.0 * turn.cos() - 0.01;
     for (i, z) in z.iter().enumerate() {
         let [left, _] = slopes(i, COLUMNS, ROWS, ANGLE);
@@ -83,7 +85,8 @@ fn a_slanted_plate() {
     }
 }
 
-/// A ball of 0.5 m in front of a plate: the nearer root of |z s - m| = r, and the plate if there is none.
+/// For a ball of 0.5 m in front of a plate, the depth is the smaller root of |z s - m| = r, or that of the plate if
+/// there is no root.
 #[test]
 fn a_ball() {
     let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [1, 1, 1]\n\
@@ -108,7 +111,7 @@ fn a_ball() {
     assert!(on > 300 && off > 1000 && edge < 100, "{on} {off} {edge}");
 }
 
-/// Parallel lines of sight: 32 x 16 pixels of 5 cm see a plate that is 60 cm wide and 40 cm high.
+/// A camera with parallel lines of sight, 32 x 16 pixels of 5 cm, measures a plate that is 60 cm wide and 40 cm high.
 #[test]
 fn parallel_lines_of_sight() {
     let plate = cuboid("plate", [0.02, 0.6, 0.4], [1.0, 0.1, 1.0], "");
@@ -124,7 +127,7 @@ fn parallel_lines_of_sight() {
     assert_eq!(line.sensor("/eye", "depth_image.parallel"), 1.0);
 }
 
-/// Near and far are planes; a camera sees visible objects, detectable or not.
+/// The near and far limits are planes. A camera measures visible objects, whether they are detectable or not.
 #[test]
 fn planes_and_what_is_seen() {
     let three = [(0.4, "visible = true"), (0.8, "visible = false"), (1.2, "detectable = false"), (2.0, "")];
@@ -147,7 +150,8 @@ fn planes_and_what_is_seen() {
     assert!(z.iter().all(|z| *z == 0.0));
 }
 
-/// A projected pattern: surfaces that it does not reach, that are too slanted or too near have no depth.
+/// With a projected pattern, surfaces that the pattern does not reach, or that are too slanted or too close, have no
+/// depth.
 #[test]
 fn what_structured_light_cannot_measure() {
     let post = cuboid("post", [0.02, 0.2, 3.0], [1.01, 0.0, 1.0], "");
@@ -158,14 +162,14 @@ fn what_structured_light_cannot_measure() {
     };
     let ideal = row("");
     let left = ideal.iter().position(|z| *z < 1.5).unwrap();
-    // Focal length times offset over the depths: f 58.93 pixels, 0.1 m, 1 m and 2 m: 2.9 pixels to the left of the
-    // post.
+    // The shadow is f * offset * (1 / near - 1 / far) wide: with f = 58.93 pixels, 0.1 m, 1 m and 2 m, it covers 2.9
+    // pixels to the left of the post.
     let lit = row("projector_m = -0.1");
     let dark: Vec<usize> = (0..COLUMNS).filter(|c| lit[*c] == 0.0).collect();
     assert!((2..=3).contains(&dark.len()) && dark.last() == Some(&(left - 1)), "{dark:?} left of {left}");
     let far = row("noise = { depth = { limits = [1.5, 9.0] } }");
     assert!(far.iter().zip(&ideal).all(|(z, ideal)| *z == if *ideal < 1.5 { 0.0 } else { *ideal }), "{far:?}");
-    // 20 degrees from the middle the wall is slanted by 20 degrees.
+    // At 20 degrees from the middle, the incidence on the wall is 20 degrees.
     let slanted = row("max_incidence_deg = 20");
     for (c, z) in slanted.iter().enumerate() {
         let [x, y] = slopes(24 * COLUMNS + c, COLUMNS, ROWS, ANGLE);
@@ -174,7 +178,7 @@ fn what_structured_light_cannot_measure() {
     }
 }
 
-/// Points are the ends of the lines of sight; a camera without noise has them, too.
+/// A camera without noise also measures points, which are the ends of the lines of sight.
 #[test]
 fn points_without_noise() {
     let wall = cuboid("wall", [0.02, 9.0, 9.0], [2.01, 0.0, 1.0], "");
@@ -213,11 +217,11 @@ fn points_and_angles_of_incidence() {
         lost += usize::from(*z == 0.0);
         off += usize::from((z - 2.0).abs() > 1e-4 && *z != 0.0);
     }
-    // One standard deviation below: 16 % of 3072.
+    // A depth is more than one standard deviation below the mean in 16 % of 3072 pixels.
     assert!((400..580).contains(&lost) && off > 2000, "{lost} {off}");
 }
 
-/// Applies presets as they are declared: the Kinects in front of a wall.
+/// The presets of the Kinects have their declared effects in front of a wall.
 #[test]
 fn kinects() {
     let wall = cuboid("wall", [0.02, 20.0, 20.0], [2.01, 0.0, 1.0], "");
@@ -232,7 +236,7 @@ fn kinects() {
         let n = seen.len() as f64;
         let mean = seen.iter().sum::<f64>() / n;
         let spread = (seen.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / n).sqrt();
-        // Steps of 2.85e-3 z^2 add a twelfth of their square to the variance.
+        // Rounding to steps of 2.85e-3 z^2 adds a twelfth of their square to the variance.
         let steps = if preset == "kinect_v1" { 2.85e-3 * 4.0 / 12_f64.sqrt() } else { 0.0 };
         let wanted = sigma.hypot(steps);
         assert!((mean - 2.0).abs() < 3.0 * wanted / n.sqrt() + 1e-3, "{preset}: {mean}");
@@ -244,7 +248,7 @@ fn kinects() {
     }
 }
 
-/// Light is white, so a surface's channels keep their ratios; greater y is on the left.
+/// Light is white, so the colour channels of a surface keep their ratios. A larger y is on the left.
 #[test]
 fn colours_of_plates() {
     let left = cuboid("left", [0.02, 2.0, 2.0], [1.0, 1.0, 2.0], "color = [0.8, 0.4, 0.0]");
@@ -256,7 +260,7 @@ fn colours_of_plates() {
     for (i, p) in rgb.chunks(3).enumerate() {
         let (c, r) = (i % COLUMNS, i / COLUMNS);
         if r < ROWS / 2 {
-            assert_eq!(p, [51.0, 102.0, 153.0], "below the plates, pixel {i}");
+            assert_eq!(p, [51.0, 102.0, 153.0], "pixel {i}, below the plates");
         } else if c < COLUMNS / 2 {
             assert!(p[0] > 60.0 && (p[0] - 2.0 * p[1]).abs() <= 1.0 && p[2] == 0.0, "pixel {i}: {p:?}");
         } else {
@@ -265,7 +269,7 @@ fn colours_of_plates() {
     }
 }
 
-/// The same scene with one thread and two gives the same bytes, and two images of it are equal.
+/// The same scene gives the same bytes with one thread and with two, and two images of it are equal.
 #[test]
 fn images_do_not_depend_on_threads() {
     let scene = format!(

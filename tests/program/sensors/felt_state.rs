@@ -7,8 +7,8 @@ fn sensor(kind: &str, parent: &str, keys: &str) -> String {
     format!("[[object]]\nkind = \"sensor\"\nalias = \"{kind}\"\nsensor = \"{kind}\"\nparent = \"{parent}\"\n{keys}\n")
 }
 
-/// A cart with a wheel, a tool and a foot, among boxes that fall on it; every kind, with noise of every stage that keeps
-/// state.
+/// Returns a cart with a wheel, a tool and a foot, on which boxes fall, and the paths of its sensors. There is a sensor
+/// of every kind, with noise in every stage that has state.
 fn cart() -> (String, Vec<&'static str>) {
     let body = "dynamic = true\nrespondable = true\n";
     let walk = "random_walk = 0.01, walk = { sigma = 0.01, tau_s = 1.0 }, density = 0.001";
@@ -80,20 +80,20 @@ fn what_is_felt_is_the_same_with_any_threads_after_a_snapshot_and_in_a_replay() 
     let whole = trace("one.jsonl", &["--threads", "1", "--log", "run.log"]);
     assert_eq!(whole, trace("two.jsonl", &["--threads", "2"]), "2 threads");
     assert_eq!(whole, trace("four.jsonl", &["--threads", "4"]), "4 threads");
-    assert_eq!(whole, trace("written.jsonl", &["--snapshot-at", "1.7", "state"]), "writing a snapshot changes the run");
+    assert_eq!(whole, trace("written.jsonl", &["--snapshot-at", "1.7", "state"]), "saving a snapshot changes the run");
     let rest = trace("rest.jsonl", &["--from", "state"]);
     let done = whole.len() - rest.len();
-    assert!((30..40).contains(&done), "it goes on after {done} steps");
-    assert_eq!(whole[done..], rest, "after a snapshot");
+    assert!((30..40).contains(&done), "the resumed run starts after {done} steps");
+    assert_eq!(whole[done..], rest, "the run from the snapshot differs");
     let all = [&["run", "--replay", "run.log", "--trace", "again.jsonl"][..], &watched].concat();
     place.tatu(&all).good();
     let again: Vec<String> = place.read("again.jsonl").lines().map(str::to_owned).collect();
-    assert_eq!(whole[..80], again[..80], "a replay");
+    assert_eq!(whole[..80], again[..80], "the replay differs");
     // Each sensor has measured something.
     let lines = place.lines("one.jsonl");
     for path in paths {
         let told = |l: &Line| l.0["readings"][path].to_string();
         let different: std::collections::BTreeSet<String> = lines.iter().map(told).collect();
-        assert!(different.len() > 20, "{path} has told {} things", different.len());
+        assert!(different.len() > 20, "{path} has only {} different readings", different.len());
     }
 }

@@ -6,7 +6,7 @@ use crate::kit::*;
 const TRACK: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\ncolor = [1, 1, 1]\n\
     [[object]]\nkind = \"shape\"\nalias = \"line\"\nsize_m = [0.02, 4, 0.001]\nposition_m = [0, 0, 0.0005]\ncolor = [0, 0, 0]\n";
 
-/// Returns a sensor at a position that points down, with its +x along the world's.
+/// Returns a sensor at a position that faces down, with its +x axis along that of the world.
 fn array(at: [f64; 3], keys: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nalias = \"array\"\nsensor = \"floor\"\nposition_m = {at:?}\n\
@@ -39,12 +39,12 @@ fn spots_on_a_line_are_dark() {
 
 #[test]
 fn wide_spots_see_the_share_of_the_line() {
-    // A spot of 20 mm, half of which is on the line.
+    // Half of a spot of 20 mm is on the line.
     let keys = "diameter_m = 0.02\nrays = 256\nthreshold = 0.4";
     let (values, detected) = seen(&format!("{TRACK}{}", array([0.01, 0.0, 0.01], keys)));
     assert!((values[0] - 0.5).abs() < 0.02, "{values:?}");
     assert_eq!(detected, [1.0]);
-    // A cone of 90 degrees that is 20 mm wide at the line, whose edge is in its middle.
+    // A cone of 90 degrees is 20 mm wide on the floor, and the edge of the line is in its middle.
     let keys = "view_deg = 90.0\nrays = 256\nthreshold = 0.6";
     let (values, detected) = seen(&format!("{TRACK}{}", array([0.01, 0.0, 0.01], keys)));
     assert!((values[0] - 0.5).abs() < 0.04, "{values:?}");
@@ -61,7 +61,7 @@ fn the_response_falls_with_the_distance_and_ends_at_the_range() {
         for (scene, share) in [(TRACK, 1.0), (&grey, 0.4)] {
             let (values, _) = seen(&format!("{scene}{}", array([1.0, 0.0, height], keys)));
             assert_eq!(values.len(), 3);
-            // A colour has 8 bits.
+            // The tolerance is that of a colour with 8 bits.
             assert!(values.iter().all(|v| (v - share * value).abs() < 0.002), "{height}: {values:?}");
         }
     }

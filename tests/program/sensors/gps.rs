@@ -27,20 +27,20 @@ fn without_noise_the_position_is_the_mounts_to_the_last_bit() {
     for line in &lines {
         let [x, y, z]: [f64; 3] = line.object("/ball", "position");
         assert_eq!(field(line, "/ball/gps", "position"), [x, y, z]);
-        // The velocity is the distance of the last step over its length of 0.05 s.
+        // The velocity is the distance travelled in the last step divided by 0.05 s.
         let [east, north, up] = field(line, "/ball/gps", "velocity");
         assert!(east == 0.0 && north == 0.0 && (up - (z - before) / 0.05).abs() < 1e-9, "{up}");
         assert_eq!(field(line, "/ball/gps", "valid"), [1.0]);
         before = z;
     }
-    // Free fall, in the middle of the tenth step: 9.81 m/s² · 0.475 s.
+    // The velocity of free fall in the middle of the tenth step is 9.81 m/s² · 0.475 s.
     let [_, _, up] = field(lines.last().unwrap(), "/ball/gps", "velocity");
     assert!((up + 4.66).abs() < 0.06, "{up}");
 }
 
 #[test]
 fn an_antenna_stands_where_its_offset_says() {
-    // The mount is turned a quarter to the left, so what is ahead of it (x) is north of it (y).
+    // The mount is rotated by 90 degrees to the left, so its x axis points north, along the world's y axis.
     let keys = "position_m = [10.0, 20.0, 1.0]\norientation_deg = [0.0, 0.0, 90.0]\nantenna_m = [0.5, 0.0, 0.25]";
     let line = Place::scene(&receiver("", keys)).trace(&["/gps"], &["--steps", "1"]).pop().unwrap();
     let found: [f64; 3] = field(&line, "/gps", "position");
@@ -66,7 +66,7 @@ fn the_worlds_origin_lies_where_the_scene_says() {
     assert!((lat.to_degrees() - (53.0 + 48.0 / 60.0 + 33.820 / 3600.0)).abs() < 3e-8, "{}", lat.to_degrees());
     assert!((lon.to_degrees() - (2.0 + 7.0 / 60.0 + 46.380 / 3600.0)).abs() < 3e-8, "{}", lon.to_degrees());
     assert!((alt - 73.0).abs() < 2e-3, "{alt}");
-    // By default the origin is where Greenwich's meridian meets the equator.
+    // The default origin is the intersection of the Greenwich meridian and the equator.
     assert_eq!(at("", "[0.0, 0.0, 7.0]")[..2], [0.0, 0.0]);
 }
 
@@ -96,18 +96,19 @@ fn v_reps_gps_is_off_by_a_shift_that_stays_and_noise_that_does_not() {
     for (axis, (noise, shift)) in [(0.1, 1.0), (0.1, 1.0), (0.05, 0.5)].into_iter().enumerate() {
         let errors: Vec<f64> = lines.iter().map(|l| field::<3>(l, "/gps", "position")[axis] - truth[axis]).collect();
         let (low, high) = errors.iter().fold((f64::MAX, f64::MIN), |(a, b), e| (a.min(*e), b.max(*e)));
-        // All of 400 uniform numbers are within ±noise of one shift, and their range is nearly the maximum.
+        // All 400 uniformly distributed numbers are within ±noise of the same shift, and their range is nearly 2 ·
+        // noise.
         assert!(high - low <= 2.0 * noise + 1e-9 && high - low > 1.9 * noise, "axis {axis}: {low} to {high}");
         shifts[axis] = (low + high) / 2.0;
         assert!(shifts[axis].abs() <= shift + 1e-9 && shifts[axis] != 0.0, "axis {axis}: {}", shifts[axis]);
     }
-    // Drawn separately for each axis.
+    // The shifts are drawn separately for each axis.
     assert!((shifts[0] - shifts[1]).abs() > 1e-3 && (shifts[1] - shifts[2]).abs() > 1e-3, "{shifts:?}");
 }
 
 #[test]
 fn latitude_and_longitude_are_those_of_the_noisy_position() {
-    // One millionth of a radian is 6.4 m: noise of 10 m would be evident.
+    // One millionth of a radian is 6.4 m, so a noise of 10 m would be detected.
     let (lat, lon) = (48.1372_f64.to_radians(), 11.5756_f64.to_radians());
     let (a, f) = (6_378_137.0, 1.0 / 298.257_223_563);
     let e2: f64 = f * (2.0 - f);
@@ -122,7 +123,7 @@ fn latitude_and_longitude_are_those_of_the_noisy_position() {
         let [up] = field(&line, "/gps", "altitude");
         assert!((up - 519.0 - z).abs() < 1e-3, "{up}");
     }
-    assert!(moved > 5.0, "no noise: {moved}");
+    assert!(moved > 5.0, "the positions have no noise: {moved}");
 }
 
 #[test]

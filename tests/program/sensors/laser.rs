@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::kit::*;
 
-/// Returns a room of 8 m x 6 m about the origin, its inner sides at x = ±4 and y = ±3; walls are white.
+/// Returns a room with white walls, whose inner sides are at x = ±4 m and y = ±3 m.
 fn room() -> String {
     let white = "color = [1.0, 1.0, 1.0]";
     [
@@ -16,7 +16,8 @@ fn room() -> String {
     .concat()
 }
 
-/// Returns the scanner at the origin, half a metre up, pointing along x with its +y up: +z ahead, +x to the left.
+/// Returns the scanner, 0.5 m above the origin. It faces along the world's x axis: its +z points forward, +y up, +x
+/// left.
 fn scanner(keys: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"laser\"\nposition_m = [0.0, 0.0, 0.5]\n\
@@ -24,7 +25,7 @@ fn scanner(keys: &str) -> String {
     )
 }
 
-/// Returns the distance to the room's wall along an azimuth from x, and the incidence there.
+/// Returns the distance to the wall of the room at an azimuth (from x, rad), and the incidence there (rad).
 fn wall(azimuth: f64) -> (f64, f64) {
     let (s, c) = azimuth.sin_cos();
     let (x, y) = (4.0 / c.abs(), 3.0 / s.abs());
@@ -59,7 +60,7 @@ fn a_scan_of_a_room_has_its_walls() {
         let (wanted, slant) = wall(azimuth);
         assert!((distance[i] - wanted).abs() < 1e-6, "beam {i}: {} m instead of {wanted} m", distance[i]);
         assert!((incidence[i] - slant).abs() < 1e-6, "beam {i}: {} rad instead of {slant}", incidence[i]);
-        // White: the cosine over the square of the distance.
+        // The intensity of a white surface is the cosine of the incidence divided by the square of the distance.
         let strength = slant.cos() / (wanted * wanted);
         assert!((intensity[i] - strength).abs() < 1e-6, "beam {i}: {} instead of {strength}", intensity[i]);
     }
@@ -69,14 +70,15 @@ fn a_scan_of_a_room_has_its_walls() {
 
 #[test]
 fn left_is_left_and_right_comes_first() {
-    // A post 2 m ahead and 1 m to the left (+y), another behind: the half turn ahead sees one of them.
+    // One post is 2 m ahead and 1 m to the left (+y), and another is behind. The scan of 180 degrees covers only the
+    // first.
     let posts =
         [cuboid("post", [0.2, 0.2, 1.0], [2.0, 1.0, 0.5], ""), cuboid("behind", [0.2, 0.2, 1.0], [-2.0, 1.0, 0.5], "")];
     let line = scan(&format!("{}{}", posts.concat(), scanner("")));
     let (angle, distance) = (field(&line, "angle"), field(&line, "distance"));
     assert!((angle[0] + PI / 2.0).abs() < 1e-12 && (angle[180] - PI / 2.0).abs() < 1e-12);
     let seen: Vec<f64> = (0..181).filter(|i| distance[*i].is_finite()).map(|i| angle[i]).collect();
-    // Its corners nearest to the sides: (2.1, 0.9) and (1.9, 1.1).
+    // The outermost visible corners of the post are (2.1, 0.9) and (1.9, 1.1).
     let (right, left) = ((0.9_f64 / 2.1).atan(), (1.1_f64 / 1.9).atan());
     assert!(!seen.is_empty() && seen.iter().all(|a| *a > right && *a < left), "{seen:?}");
     assert_eq!(seen.len(), ((left.to_degrees().floor()) - right.to_degrees().ceil()) as usize + 1);
@@ -90,7 +92,7 @@ fn layers_meet_a_wall_where_their_elevation_says() {
     for (i, wanted) in [-10.0, -10.0, -10.0, 0.0, 0.0, 0.0, 10.0, 10.0, 10.0_f64].into_iter().enumerate() {
         assert!((elevation[i] - wanted.to_radians()).abs() < 1e-12);
         let azimuth = [-10.0, 0.0, 10.0_f64][i % 3].to_radians();
-        // The wall ahead is 4 m away and 2 m high; there is no floor, so beams that pass below it meet nothing.
+        // The wall ahead is 4 m away and 2 m high. There is no floor, so beams that pass below the wall hit nothing.
         let along = 4.0 / (azimuth.cos() * wanted.to_radians().cos());
         let height = 0.5 + along * wanted.to_radians().sin();
         if (0.0..=2.0).contains(&height) {
@@ -112,11 +114,11 @@ fn what_cannot_be_told_reads_as_nothing_or_as_the_range() {
     };
     let near = |d: &[f64], wanted: [f64; 2]| d.iter().zip(wanted).all(|(a, b)| *a == b || (a - b).abs() < 1e-6);
     assert!(near(&first_two("").0, [0.3, 3.0]));
-    // The post is too near and gives no reading, although a wall is behind it, within range or not.
+    // The post is too close to give a reading, and also hides the wall behind it.
     let (distance, intensity) = first_two("min_range_m = 0.31");
     assert!(near(&distance, [f64::INFINITY, 3.0]) && intensity[0] == 0.0, "{distance:?}");
     assert!(near(&first_two("min_range_m = 0.31\nnone_as_max = true").0, [3.5, 3.0]));
-    // If beams begin behind the post, it is not seen; the wall at 4 m is beyond the range.
+    // If the beams start behind the post, they do not hit it, and the wall at 4 m is beyond the range.
     assert!(near(&first_two("near_m = 0.45").0, [f64::INFINITY, 3.0]));
 }
 
@@ -140,8 +142,8 @@ fn v_reps_hokuyo_is_wrong_by_at_most_a_centimetre() {
     assert_eq!(distance.len(), 684);
     let errors: Vec<f64> = (0..684).map(|i| distance[i] - wall(angle[i]).0).collect();
     assert!(errors.iter().all(|e| e.abs() <= 0.01 + 1e-9), "{errors:?}");
-    // Uniform: a standard deviation of 10 mm / √3 = 5.77 mm; from 684 numbers it is known to about 2 %, their mean to
-    // 0.22 mm.
+    // The errors are uniformly distributed with a standard deviation of 10 mm / √3 = 5.77 mm. From 684 samples, the
+    // standard deviation can be estimated to about 2 %, and the mean to 0.22 mm.
     let mean = errors.iter().sum::<f64>() / 684.0;
     let sigma = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 684.0).sqrt();
     assert!(mean.abs() < 1e-3 && (sigma - 0.01 / 3_f64.sqrt()).abs() < 5e-4, "{mean} {sigma}");
@@ -152,7 +154,7 @@ fn a_real_hokuyo_tells_whole_millimetres_ten_times_a_second() {
     let place = Place::scene(&format!("{}{}", room(), scanner("preset = \"hokuyo_urg_04lx\"")));
     let lines = place.trace(&["/eye"], &["--steps", "8"]);
     let scans: Vec<Vec<f64>> = lines.iter().map(|l| field(l, "distance")).collect();
-    // Steps of 50 ms, so each scan holds for two of them.
+    // A step is 50 ms, so each scan remains unchanged for two steps.
     let changes: Vec<bool> = scans.windows(2).map(|w| w[0] != w[1]).collect();
     assert_eq!(changes.iter().filter(|c| **c).count(), 3, "{changes:?}");
     assert!(!changes.windows(2).any(|w| w[0] && w[1]), "{changes:?}");
@@ -164,7 +166,7 @@ fn a_real_hokuyo_tells_whole_millimetres_ten_times_a_second() {
         assert!((d * 1000.0 - (d * 1000.0).round()).abs() < 1e-6, "beam {i}: {d} m");
         let (wanted, _) = wall(angle[i]);
         if wanted < 4.0 {
-            // Six standard deviations of at most 14 mm, and half a millimetre.
+            // The tolerance is six standard deviations of at most 14 mm.
             assert!((d - wanted).abs() < 0.084, "beam {i}: {d} m instead of {wanted} m");
         }
     }
@@ -193,7 +195,7 @@ fn the_velodyne_has_sixteen_layers_all_around() {
         assert!((elevation[layer * 1808] - wanted).abs() < 1e-9, "layer {layer}: {}", elevation[layer * 1808]);
         assert_eq!(angle[layer * 1808..][..1808], angle[..1808]);
     }
-    // The layer 1 degree up meets the wall ahead; one hit there represents the others.
+    // The layer at 1 degree above the horizontal hits the wall ahead. A single hit there is tested.
     let ahead = 8 * 1808 + 904;
     assert!(angle[ahead].abs() < 1e-9);
     let distance = field(&line, "distance")[ahead];
@@ -206,7 +208,7 @@ fn lost_beams_have_no_strength_and_read_as_the_range_where_asked() {
     let line = scan(&format!("{}{}", room(), scanner(keys)));
     let (distance, intensity) = (field(&line, "distance"), field(&line, "intensity"));
     let lost: Vec<usize> = (0..1000).filter(|i| distance[*i] == 9.0).collect();
-    // Half of the beams: 500 with a standard deviation of 16; the tolerance is five times that.
+    // Half of the beams are lost: 500 with a standard deviation of 16. The tolerance is five standard deviations.
     assert!((420..=580).contains(&lost.len()), "{}", lost.len());
     for i in 0..1000 {
         assert_eq!(intensity[i] == 0.0, lost.contains(&i), "beam {i}: {} m, {}", distance[i], intensity[i]);
@@ -224,7 +226,8 @@ fn a_scan_that_takes_its_time_is_bent_by_the_robots_motion() {
     let x = line.object::<3>("/eye", "position")[0];
     assert!((x - 0.5).abs() < 1e-9, "{x}");
     let distance = field(&line, "distance");
-    // Sent 0.2, 0.1 and 0 s ago: from 0.4 and 0.2 m further back. At 60 degrees the side walls are met.
+    // The beams were sent 0.2, 0.1 and 0 s ago, from positions 0.4, 0.2 and 0 m further back. Those at 60 degrees hit
+    // the side walls.
     let beside = 3.0 / 60_f64.to_radians().sin();
     for (found, wanted) in distance.iter().zip([beside, 4.0 - (x - 0.2), beside]) {
         assert!((found - wanted).abs() < 1e-6, "{distance:?}: {wanted} m");
@@ -233,7 +236,7 @@ fn a_scan_that_takes_its_time_is_bent_by_the_robots_motion() {
 
 #[test]
 fn glass_is_there_for_sonars_and_not_for_lasers() {
-    // Detectable by ultrasonic sensors only: 16.
+    // The mask 16 makes an object detectable by ultrasonic sensors only.
     let pane = cuboid("pane", [0.02, 1.0, 1.0], [1.01, 0.0, 0.5], "detectable_mask = 16");
     let sonar = "[[object]]\nkind = \"sensor\"\nalias = \"sonar\"\nsensor = \"proximity\"\nwaves = \"ultrasonic\"\n\
         range_m = 5.0\nposition_m = [0.0, 0.0, 0.5]\nquaternion = [0.5, 0.5, 0.5, 0.5]\n";

@@ -1,4 +1,4 @@
-//! Tests of sensors of load against closed forms: contacts, force and torque, batteries.
+//! Tests of contact sensors, force and torque sensors, and batteries against closed forms.
 
 use serde_json::json;
 
@@ -44,15 +44,15 @@ fn a_scale_weighs_what_stands_on_it() {
         assert_eq!(line.sensor(&format!("/scale/{path}"), "contact.touching"), touching, "{path}");
     }
     assert_eq!(line.sensor("/scale/behind", "contact.count"), 0.0);
-    assert!(line.sensor("/scale/heavy", "contact.normal_force") > 24.0, "the force is told below the threshold too");
+    assert!(line.sensor("/scale/heavy", "contact.normal_force") > 24.0, "the force below the threshold is missing");
 }
 
 #[test]
 fn a_box_that_slides_feels_friction_and_the_incline() {
-    // 30 degrees, a coefficient of 0.4 · 0.5 = 0.2: it slides.
+    // On a slope of 30 degrees with a friction coefficient of 0.4 · 0.5 = 0.2, the box slides.
     let keys = "respondable = true\nfriction = 0.4\norientation_deg = [0.0, 30.0, 0.0]";
     let incline = cuboid("incline", [20.0, 2.0, 0.2], [0.0, 0.0, 0.0], keys);
-    // The middle of the box is 0.2 m from the middle of the incline along its normal.
+    // The centre of the box is 0.2 m from the central plane of the incline.
     let at = [0.2 * 0.5 - 5.0 * 0.75_f64.sqrt(), 0.0, 0.2 * 0.75_f64.sqrt() + 5.0 * 0.5];
     let keys = format!("{BODY}mass_kg = 3.0\nfriction = 0.5\norientation_deg = [0.0, 30.0, 0.0]");
     let slider = cuboid("box", [0.4, 0.4, 0.2], at, &keys);
@@ -61,9 +61,9 @@ fn a_box_that_slides_feels_friction_and_the_incline() {
     let normal = 3.0 * 9.81 * 0.75_f64.sqrt();
     for line in &lines[10..] {
         let [vx, _, _]: [f64; 3] = line.object("/box", "linear_velocity");
-        assert!(vx > 0.5, "it slides: {vx}");
+        assert!(vx > 0.5, "the box does not slide: {vx}");
         let [x, y, z] = vector(line, "/box/contact", "contact.force");
-        // In the frame of the box, which slides along its +x.
+        // The force is given in the frame of the box, which slides along its +x axis.
         assert!((z - normal).abs() < 0.01 * normal, "normal {z}, not {normal}");
         assert!((x + 0.2 * normal).abs() < 0.01 * normal && y.abs() < 1e-3 * normal, "friction {x} {y}");
     }
@@ -75,7 +75,7 @@ fn a_shape_elsewhere_can_be_felt() {
     let scene = format!("{FLOOR}{foot}{}", sensor("contact", "/foot", "shape = \"/floor\""));
     let line = Place::scene(&scene).trace(&["/foot/contact"], &["--seconds", "2"]).pop().unwrap();
     let [_, _, z] = vector(&line, "/foot/contact", "contact.force");
-    assert!((z + 9.81).abs() < 1e-2, "the floor is pressed down: {z}");
+    assert!((z + 9.81).abs() < 1e-2, "the force on the floor must point down: {z}");
     let place = Place::scene(&format!("{FLOOR}{}", sensor("contact", "/floor", "shape = \"..\"\nthreshold_n = -1.0")));
     place.run(&["--steps", "1"]).refused(&["threshold_n"]);
     let other = sensor("imu", "/floor", "");
@@ -85,7 +85,7 @@ fn a_shape_elsewhere_can_be_felt() {
 
 #[test]
 fn a_tool_at_an_arm_weighs_and_tilts() {
-    // The arm holds the tool sideways; the sensor is turned a quarter about the arm's axis.
+    // The arm holds the tool sideways. The sensor is rotated by 90 degrees about the axis of the arm.
     let arm = cuboid("arm", [0.2, 0.1, 0.1], [0.0, 0.0, 1.0], "");
     let wrist =
         "[[object]]\nkind = \"force_sensor\"\nalias = \"wrist\"\nparent = \"/arm\"\nposition_m = [0.1, 0.0, 0.0]\n";
@@ -108,10 +108,10 @@ fn a_tool_at_an_arm_weighs_and_tilts() {
     };
     near(vector(&line, paths[0], "wrench.force"), [0.0, 0.0, -weight]);
     near(vector(&line, paths[0], "wrench.torque"), [0.0, moment, 0.0]);
-    // Its +y is up, and its origin is 0.1 m further from the tool.
+    // The +y axis of this sensor points up, and its origin is 0.1 m further from the tool.
     near(vector(&line, paths[1], "wrench.force"), [0.0, -weight, 0.0]);
     near(vector(&line, paths[1], "wrench.torque"), [0.0, 0.0, -2.0 * 9.81 * 0.4]);
-    // The same signs as those of the object itself.
+    // The signs are the same as those of the readings of the force sensor object itself.
     let own: Vec<f64> = line.status()[0].split(' ').map(|x| x.parse().unwrap()).collect();
     assert!((own[0] + weight).abs() < 1e-4 && (own[1] - moment).abs() < 1e-4, "{own:?}");
 }
@@ -129,7 +129,7 @@ fn a_load_beyond_the_range_saturates() {
 
 #[test]
 fn a_battery_is_drained_by_a_lift() {
-    // A winch lifts 2 kg at 0.5 m/s: 9.81 W, behind an efficiency of 0.5, twice.
+    // The winch lifts 2 kg at 0.5 m/s with an efficiency of 0.5: 9.81 W / 0.5. The battery has two such motors.
     let stand = cuboid("stand", [0.1; 3], [0.0, 0.0, 0.0], "");
     let winch = "[[object]]\nkind = \"joint\"\nalias = \"winch\"\nparent = \"/stand\"\ntype = \"prismatic\"\n\
         control = \"velocity\"\ntarget_velocity_m_s = 0.5\nmax_force_n = 1000.0\n";
@@ -157,7 +157,7 @@ fn an_empty_battery_gives_nothing() {
     let keys = "capacity_ah = 0.001\nvoltages_v = [3.0, 4.0]\nidle_current_a = 3.6";
     let scene = format!("{}{}", cuboid("lamp", [0.1; 3], [0.0; 3], ""), sensor("battery", "/lamp", keys));
     let lines = Place::scene(&scene).trace(&["/lamp/battery"], &["--seconds", "2"]);
-    // 3.6 C at 3.6 A last for a second.
+    // A charge of 3.6 C at 3.6 A lasts for one second.
     for line in &lines {
         let lasts = line.time() < 1.001;
         let [voltage, current, charge] =
@@ -183,7 +183,8 @@ fn a_battery_keeps_its_charge_when_its_load_changes_and_can_be_recharged() {
     );
     let lines = Place::scene(&scene).trace(&["/lamp/battery"], &["--steps", "25"]);
     let charge = |step: usize| lines[step - 1].sensor("/lamp/battery", "battery.charge");
-    // 50 ms of 3 A out of 36 C, then of 1 A; the current of a physics step flows from its middle to the next one's.
+    // The charge of 36 C is discharged with 3 A for 50 ms, and then with 1 A. The current of a physics step flows from
+    // the middle of that step to the middle of the next.
     let of_current = |current: f64| current * 0.05 / 36.0;
     assert!((charge(10) - charge(9) + of_current(3.0)).abs() < 1e-12);
     let change = charge(11) - charge(10);
@@ -208,7 +209,7 @@ fn a_sensor_whose_object_is_removed_is_switched_off_and_named() {
     let forces: Vec<f64> =
         place.lines("t.jsonl").iter().map(|line| line.sensor("/box/contact", "contact.normal_force")).collect();
     assert!((forces[2] - 9.81).abs() < 0.1, "{forces:?}");
-    // The reading does not continue with the force of the box, which is five times as high.
+    // After the removal, the sensor does not measure the force of the box, which is five times as high.
     assert!(forces[4..].iter().all(|f| *f == 0.0), "{forces:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Tests of sensors of motion and position against closed forms: inertial units, encoders, compasses, barometers.
+//! Tests of inertial units, wheel encoders, compasses and barometers against closed forms.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -13,7 +13,7 @@ fn vector<const N: usize>(line: &Line, path: &str, field: &str) -> [f64; N] {
     numbers(value).try_into().unwrap_or_else(|v| panic!("{field}: {v:?} in {}", line.0["readings"]))
 }
 
-/// Returns a motor about the vertical that turns an arm at a constant velocity, rad/s.
+/// Returns a motor that rotates an arm about the vertical with a constant velocity, rad/s.
 fn turntable(velocity: f64) -> String {
     format!(
         "{}[[object]]\nkind = \"joint\"\nalias = \"motor\"\nparent = \"/stand\"\nposition_m = [0.0, 0.0, 0.5]\n\
@@ -26,7 +26,7 @@ fn turntable(velocity: f64) -> String {
 #[test]
 fn a_unit_at_rest_reads_gravity_upwards() {
     let body = cuboid("box", [0.2; 3], [0.0, 0.0, 0.1], "dynamic = true\nrespondable = true\nmass_kg = 1.0");
-    // Turned a quarter about x: what is up in the world is the sensor's +y.
+    // The sensor is rotated by 90 degrees about x, so its +y axis points up.
     let turned =
         sensor("imu", "/box", "orientation_deg = [90.0, 0.0, 0.0]").replace("alias = \"imu\"", "alias = \"turned\"");
     let scene =
@@ -45,7 +45,7 @@ fn a_unit_at_rest_reads_gravity_upwards() {
 fn a_turntable_pulls_inwards() {
     let scene = format!("{}{}", turntable(3.0), sensor("imu", "/stand/motor/arm", "position_m = [0.5, 0.0, 0.0]"));
     let lines = Place::scene(&scene).trace(&["/stand/motor/arm/imu"], &["--seconds", "3"]);
-    // 3^2 · 0.5 m/s^2 towards the axis, and gravity.
+    // The sensor measures the centripetal acceleration, 3^2 · 0.5 m/s^2, and gravity.
     for line in &lines[5..] {
         let [x, y, z] = vector(line, "/stand/motor/arm/imu", "imu.acceleration");
         assert!((x + 4.5).abs() < 4.5e-3 && y.abs() < 4.5e-3 && (z - 9.81).abs() < 4.5e-3, "{x} {y} {z}");
@@ -54,8 +54,8 @@ fn a_turntable_pulls_inwards() {
     }
 }
 
-/// Angle and velocity of a rod of 1 m after a time, released from the horizontal: angle'' = 3/2 g cos(angle), by
-/// Runge-Kutta's method in steps of 0.1 ms.
+/// Returns the angle and the angular velocity of a rod of 1 m at a time after it was released from the horizontal. It
+/// integrates angle'' = 3/2 g cos(angle) by the Runge-Kutta method in steps of 0.1 ms.
 fn pendulum(time: f64) -> (f64, f64) {
     let n = (time / 1e-4).ceil();
     let h = time / n;
@@ -75,7 +75,8 @@ fn pendulum(time: f64) -> (f64, f64) {
 
 #[test]
 fn the_tip_of_a_swinging_rod_feels_four_times_its_weight() {
-    // The hinge's axis is horizontal; the rod's x points away from it, and its y up at first.
+    // The axis of the hinge is horizontal. The x axis of the rod points away from the hinge, and its y axis initially
+    // up.
     let script = "function sysCall_init() imu = sim.getObject('/post/hinge/rod/imu') end
         function sysCall_sensing()
             local r = tatu.read(imu)
@@ -89,7 +90,7 @@ fn the_tip_of_a_swinging_rod_feels_four_times_its_weight() {
         sensor("imu", "/post/hinge/rod", "position_m = [0.5, 0.0, 0.0]"),
         watcher("reader", script),
     );
-    // Physics steps of the default length, each of which is read.
+    // The step equals the default physics step, so the sensor is read in each physics step.
     let scene = format!("dt_s = 0.005\n{scene}");
     let lines = Place::scene(&scene).trace(&[], &["--seconds", "0.6"]);
     let told: Vec<Vec<f64>> = lines
@@ -98,14 +99,15 @@ fn the_tip_of_a_swinging_rod_feels_four_times_its_weight() {
             l.status().into_iter().map(|s| s.split(' ').map(|x| x.parse().unwrap()).collect()).collect::<Vec<_>>()
         })
         .collect();
-    // The rod is lowest after 0.4834 s, where the tip measures 3 g by its velocity and 1 g by its weight.
+    // The rod is at its lowest point after 0.4834 s. There the sensor at the tip measures 3 g from the motion and 1 g
+    // from gravity.
     let mut greatest = 0.0_f64;
     for row in told.iter().filter(|row| (0.45..0.517).contains(&row[0])) {
         let (angle, velocity) = pendulum(row[0]);
         let inwards = velocity * velocity + 9.81 * angle.sin();
         let across = 9.81 * angle.cos() - 1.5 * 9.81 * angle.cos();
-        assert!((row[1] + inwards).abs() < 1e-3 * 39.24, "along the rod at {} s: {} not {}", row[0], row[1], -inwards);
-        assert!((row[2] - across).abs() < 1e-3 * 39.24, "across at {} s: {} not {across}", row[0], row[2]);
+        assert!((row[1] + inwards).abs() < 1e-3 * 39.24, "along the rod at {} s: {}, not {}", row[0], row[1], -inwards);
+        assert!((row[2] - across).abs() < 1e-3 * 39.24, "across at {} s: {}, not {across}", row[0], row[2]);
         assert!((row[3] + velocity).abs() < 2e-3 * velocity, "{} not {}", row[3], -velocity);
         greatest = greatest.max(-row[1]);
     }
@@ -169,7 +171,7 @@ fn the_heading_follows_from_the_noisy_field() {
 
 #[test]
 fn a_barometer_reads_the_standard_atmosphere() {
-    // In the lower layer, by the geopotential altitude.
+    // The pressure of the standard atmosphere in the lowest layer, as a function of the geopotential altitude.
     let standard = |z: f64| {
         let h = 6_356_766.0 * z / (6_356_766.0 + z);
         101_325.0 * (1.0 - 0.0065 * h / 288.15).powf(5.255_876)
@@ -185,7 +187,7 @@ fn a_barometer_reads_the_standard_atmosphere() {
         assert!((found - pressure).abs() < 0.1, "{found} Pa at {} m, not {pressure}", origin + z);
         assert!((line.sensor("/barometer", "pressure.altitude") - origin - z).abs() < 1e-6);
     }
-    // 10 hPa less at sea level: an altimeter that is not set shows a higher altitude.
+    // If the pressure at sea level is 10 hPa lower, an altimeter that is not adjusted shows a higher altitude.
     let scene = sensor("barometer", "", "sea_level_pressure_pa = 100325.0").replace("parent = \"\"\n", "");
     let line = Place::scene(&scene).trace(&["/barometer"], &["--steps", "1"]).pop().unwrap();
     assert_eq!(line.sensor("/barometer", "pressure.pressure"), 100_325.0);

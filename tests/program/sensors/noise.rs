@@ -5,11 +5,11 @@ use std::{fs, process::Command};
 
 use crate::kit::*;
 
-/// A wall 1 m ahead of sensors that point along x.
+/// A wall whose face is 1 m ahead of sensors at the origin that face along x.
 const WALL: &str = "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [0.1, 40, 4]\nposition_m = [1.05, 0, 0]\n";
 const NOISY: &str = "noise.distance = { sigma = 0.01, walk = { sigma = 0.1, tau_s = 1 }, dropout = 0.1 }";
 
-/// Returns a ray that points along x.
+/// Returns a sensor with one ray along x.
 fn eye(alias: &str, more: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"{alias}\"\nvolume = \"ray\"\nrange_m = 5\n\
@@ -17,7 +17,7 @@ fn eye(alias: &str, more: &str) -> String {
     )
 }
 
-/// Returns the distances that a sensor reported, as bits.
+/// Returns the bit patterns of the distances that a sensor measured in each step.
 fn told(scene: &str, path: &str, args: &[&str]) -> Vec<u64> {
     let place = Place::scene(&format!("seed = 5\n{WALL}{scene}"));
     let lines = place.trace(&[path], &[&["--seconds", "2"], args].concat());
@@ -27,7 +27,7 @@ fn told(scene: &str, path: &str, args: &[&str]) -> Vec<u64> {
 #[test]
 fn others_change_no_bit_of_a_sensors_noise() {
     let alone = told(&eye("eye", NOISY), "/eye", &[]);
-    assert!(alone.iter().collect::<std::collections::BTreeSet<_>>().len() > 30, "it is noisy");
+    assert!(alone.iter().collect::<std::collections::BTreeSet<_>>().len() > 30, "the readings have no noise");
     let second = eye("second", NOISY);
     let second_in_front = format!("{second}{}", eye("eye", NOISY));
     let model = |alias: &str, y: f64| {
@@ -57,7 +57,7 @@ fn others_change_no_bit_of_a_sensors_noise() {
         assert_eq!(told(&scene, "/eye", &[]), alone, "{what}");
     }
     assert_eq!(told(&eye("eye", NOISY), "/eye", &["--threads", "2"]), alone);
-    // Noise of another field, another seed, another sensor.
+    // Noise of another field, a different seed, and another sensor.
     let more = format!("{NOISY}\nnoise.point.sigma = 1");
     assert_eq!(told(&eye("eye", &more), "/eye", &[]), alone);
     assert_ne!(told(&eye("eye", NOISY), "/eye", &["--seed", "6"]), alone);
@@ -67,7 +67,7 @@ fn others_change_no_bit_of_a_sensors_noise() {
 #[test]
 fn zero_noise_is_exact_and_can_be_taken_away() {
     let exact = told(&eye("eye", ""), "/eye", &[]);
-    // The tests of beams check the accuracy of 1 m; here it is the same in each step.
+    // The tests of beams check the accuracy of the distance. This one checks that it is the same in each step.
     assert!(exact.iter().all(|x| *x == exact[0]));
     let zero =
         "noise.distance = { sigma = [0, 0], uniform = 0, step = 0, walk = { sigma = 0, tau_s = 1 }, dropout = 0 }";
@@ -78,7 +78,7 @@ fn zero_noise_is_exact_and_can_be_taken_away() {
     assert_ne!(told(&eye("eye", ""), "/eye", &["--set", "/eye.noise={distance={sigma=0.1}}"]), exact);
 }
 
-/// A sensor that approaches the wall reads what it would have read `latency` earlier.
+/// A sensor that approaches the wall has the readings that it would have had `latency` earlier without a latency.
 #[test]
 fn a_ramp_is_seen_late_by_the_latency() {
     let drive = watcher(
@@ -94,13 +94,13 @@ fn a_ramp_is_seen_late_by_the_latency() {
     };
     let now = run("");
     assert!((now[0] - 1.0).abs() < 1e-9 && (now[20] - 0.9).abs() < 1e-9, "{now:?}");
-    // 0.05 s per step; a latency that is not a multiple of the step is rounded up to the next step.
+    // A step is 0.05 s. A latency that is not a multiple of the step is rounded up to the next multiple.
     for (latency, steps) in [(0.05, 1), (0.2, 4), (0.12, 3)] {
         let late = run(&format!("noise.latency_s = {latency}"));
-        assert!(late[..steps].iter().all(|x| *x == 0.0), "nothing is seen before");
+        assert!(late[..steps].iter().all(|x| *x == 0.0), "a reading is available too early");
         assert_eq!(late[steps..], now[..now.len() - steps], "latency {latency}");
     }
-    // With a rate of its own: measured every 0.2 s, readable 0.15 s later, between two measurements.
+    // With a rate, the sensor measures every 0.2 s, and each reading becomes available 0.15 s later.
     let late = run("rate_hz = 5\nnoise.latency_s = 0.15");
     for (i, x) in late.iter().enumerate().skip(3) {
         assert_eq!(*x, now[(i - 3) / 4 * 4], "step {i}");
@@ -114,15 +114,15 @@ fn a_sensor_with_a_rate_measures_when_a_period_begins() {
     let counts = |more: &str, dt: &str, script: &str| {
         let place = Place::scene(&format!("dt_s = {dt}\n{WALL}{}{}", eye("eye", more), watcher("w", script)));
         let done = place.run(&["--seconds", "10"]).good();
-        // The passes after the last step are not counted.
+        // Ignores the passes after the last step.
         let steps = (10.0 / dt.parse::<f64>().unwrap()) as usize;
         let told = done.err.lines().filter_map(|l| l.strip_prefix("n=")?.parse().ok()).take(steps);
         let told: Vec<i64> = told.collect();
         assert_eq!(told.len(), steps, "{}", done.err);
         told
     };
-    // The first measurement is in the first step; after n steps there is one for each period begun: floor(rate * time)
-    // + 1.
+    // The first measurement is in the first step. After n steps there is one measurement for each period that has
+    // started: floor(rate * time) + 1.
     for (rate, dt) in [(10.0, "0.05"), (4.0, "0.05"), (7.0, "0.05"), (30.0, "0.01"), (3.0, "0.07"), (100.0, "0.05")] {
         let told = counts(&format!("rate_hz = {rate}"), dt, script);
         let dt: f64 = dt.parse().unwrap();
@@ -132,7 +132,7 @@ fn a_sensor_with_a_rate_measures_when_a_period_begins() {
         }
     }
     assert_eq!(counts("", "0.05", script), (1..=200).collect::<Vec<_>>());
-    // A script that handles the sensor measures at any time; a change of the rate takes effect from now on.
+    // A script that handles the sensor makes it measure at any time. A change of the rate takes effect immediately.
     let handles = format!("{script}\nfunction sysCall_actuation() sim.handleProximitySensor(eye) end");
     let told = counts("rate_hz = 1", "0.05", &handles);
     assert_eq!((told[0], told[1], told[19], told[20]), (2, 3, 21, 23));
@@ -162,7 +162,7 @@ fn noise_is_state() {
     assert!(rest.len() > 20 && whole.ends_with(&rest), "{} lines", rest.len());
 }
 
-/// A kind of sensor with presets, valid and invalid ones. It measures its gain times the time.
+/// A plugin with a sensor kind that has valid and invalid presets. It measures an offset plus its gain times the time.
 const PLUGIN: &str = r#"
 #include "tatu.h"
 #include <stdlib.h>
@@ -220,7 +220,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .a
   .extension = extension};
 "#;
 
-/// Creates a ramp with these keys, and a script.
+/// Creates a scene with a sensor `ramp`, which has these keys, and a script.
 fn ramp(keys: &str, script: &str) -> Place {
     let sensor = format!("[[object]]\nkind = \"sensor\"\nsensor = \"ramp\"\nalias = \"ramp\"\n{keys}\n");
     let script = format!("function sysCall_init() ramp = sim.getObject('/ramp') end\n{script}");
@@ -234,7 +234,7 @@ fn ramp(keys: &str, script: &str) -> Place {
     place
 }
 
-/// Returns the reading in the step that begins at 1 s.
+/// Returns the reading in the step that starts at 1 s.
 fn at_one_second(place: &Place, args: &[&str]) -> f64 {
     let lines = place.trace(&["/ramp"], &[&["--steps", "21"], args].concat());
     lines[20].sensor("/ramp", "ramp.value")
@@ -242,10 +242,11 @@ fn at_one_second(place: &Place, args: &[&str]) -> f64 {
 
 #[test]
 fn a_preset_comes_before_the_objects_own_keys() {
-    // 5 + 2 t, 0.1 s late, rounded to whole numbers: at 0.9 s 6.8, so 7.
+    // The sensor measures 5 + 2 t with a latency of 0.1 s, rounded to integers. At 0.9 s it measures 6.8, so it reads
+    // 7.
     let place = ramp("preset = \"steep\"", "");
     assert_eq!(at_one_second(&place, &[]), 7.0);
-    // The object's own keys take precedence over the preset, in any order; noise is merged by field.
+    // The keys of the object take precedence over those of the preset, in any order. Noise is merged field by field.
     let place = ramp("offset_m = 1\nnoise.value = { step = 0.25 }\npreset = \"steep\"\nrate_hz = 20", "");
     assert_eq!(at_one_second(&place, &[]), 2.75);
     // `--set` is applied last, also to the preset.
@@ -268,7 +269,7 @@ fn a_preset_can_be_read_and_set_while_it_runs() {
             end
             refused('did you mean `steep`', sim.setStringProperty, 'sensor.preset', 'stepe')
             refused('did you mean `value`', sim.setStringProperty, 'sensor.noise', 'valeu.step = 1')
-            refused('line 2 of the noise', sim.setStringProperty, 'sensor.noise', 'value.step = 1\\ndrawn.step = true')
+            refused('line 2 of `noise`', sim.setStringProperty, 'sensor.noise', 'value.step = 1\\ndrawn.step = true')
             refused('at least 0 Hz', sim.setFloatProperty, 'sensor.rate', -1)
             refused('expected a number from 0 to 100', sim.setStringProperty, 'sensor.preset', 'too_much')
             assert(sim.getStringProperty(ramp, 'sensor.preset') == 'steep')
@@ -282,7 +283,7 @@ fn a_preset_can_be_read_and_set_while_it_runs() {
         end
     end";
     let place = ramp("preset = \"steep\"", script);
-    assert_eq!(at_one_second(&place, &[]), 4.0, "3 on a grid of 2; halves to the even number of steps");
+    assert_eq!(at_one_second(&place, &[]), 4.0, "3 in steps of 2 must be rounded to the even number of steps");
 }
 
 #[test]
@@ -299,7 +300,7 @@ fn what_is_wrong_in_a_preset_is_told_with_its_place() {
             .run(&["--steps", "1"])
             .refused(&[words, &["scene.toml:8"]].concat());
     }
-    // A kind without presets.
+    // This sensor kind has no presets.
     Place::scene(&format!("{WALL}{}", eye("eye", "preset = \"x\""))).run(&[]).refused(&["E102", "it has no presets"]);
 }
 
@@ -331,7 +332,7 @@ fn presets_are_described() {
     }
 }
 
-/// A plugin's own random numbers depend only on its sensor and on the number of its measurements.
+/// The random numbers that a plugin draws depend only on the sensor and on the number of its measurements.
 #[test]
 fn a_plugin_draws_by_key() {
     let place = ramp("", "");

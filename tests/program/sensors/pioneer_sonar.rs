@@ -1,15 +1,15 @@
 //! Tests of the Pioneer's sonars against geometry: the nearest detectable point of a plate in the cone.
 //!
-//! Source of the ring and the cones: `tests/facts/pioneer.md`, 1 (30 degrees, tip 5 mm, threshold 0.05 m, at most 45
-//! degrees between line of sight and surface normal; the model here allows 72 unless a scene says otherwise, for the
-//! reason in its README). The expected value is computed by halving the faces of the plate until the pieces are
-//! negligible; none of the program's geometry code is used.
+//! The ring and the cones are described in `tests/facts/pioneer.md`, 1: 30 degrees, a tip of 5 mm, a threshold of 0.05
+//! m, and at most 45 degrees between line of sight and surface normal. The model allows 72 degrees by default, for the
+//! reason in its README. The expected value is computed by bisecting the face of the plate into negligible pieces,
+//! without the program's geometry code.
 
 use crate::kit::*;
 
 type V = [f64; 3];
 
-/// x, y and heading in degrees of sonars 1 to 16, in the robot's frame, all at z = 0.0681.
+/// x (m), y (m) and heading (degrees) of the sonars 1 to 16 in the robot's frame. All are at z = 0.0681 m.
 #[rustfmt::skip]
 const RING: [V; 16] = [
     [ 0.1064,  0.1382,   90.0], [ 0.1554,  0.1250,   50.0], [ 0.1906,  0.0831,   30.0], [ 0.2092,  0.0273,   10.0],
@@ -32,13 +32,13 @@ fn turn([x, y, z, w]: [f64; 4], v: V) -> V {
     let t = cross([x, y, z], v);
     add(add(v, t, 2.0 * w), cross([x, y, z], t), 2.0)
 }
-/// Returns the quaternion of a turn about z by `yaw`, then about the turned y by `pitch`, rad.
+/// Returns the quaternion of a rotation by `yaw` about z, followed by `pitch` about the rotated y, rad.
 fn heading(yaw: f64, pitch: f64) -> [f64; 4] {
     let ((s, c), (t, d)) = ((yaw / 2.0).sin_cos(), (pitch / 2.0).sin_cos());
     [-s * t, c * t, s * d, c * d]
 }
 
-/// A sonar's cone: angles in rad, lengths in m.
+/// The cone of a sonar, with angles in rad and lengths in m.
 #[derive(Clone, Copy)]
 struct Cone {
     half: f64,
@@ -50,7 +50,7 @@ impl Cone {
     fn new(slant_deg: f64, far: f64) -> Self {
         Cone { half: 15f64.to_radians(), slant: slant_deg.to_radians(), far }
     }
-    /// Returns the cone enlarged (or reduced) by this angle and range.
+    /// Returns the cone with its angle and range increased by these amounts, which can be negative.
     fn grown(self, degrees: f64, metres: f64) -> Self {
         let by = degrees.to_radians();
         Cone { half: self.half + by, slant: self.slant + by, far: self.far + metres }
@@ -66,7 +66,7 @@ struct Plate {
 }
 
 impl Plate {
-    /// Returns the distance from `eye`, which points along `ahead`, to the nearest detectable point.
+    /// Returns the distance from a sonar at `eye`, which faces along `ahead`, to the nearest detectable point.
     fn seen(&self, eye: V, ahead: V, cone: Cone) -> Option<f64> {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|a| turn(self.turned, a));
         let mut best = f64::INFINITY;
@@ -88,13 +88,13 @@ struct Face {
 }
 
 impl Face {
-    /// Searches a piece of the face; `middle` is relative to the eye.
+    /// Searches a piece of the face, whose centre relative to the sonar is `middle`, and updates the smallest distance.
     fn halve(&self, middle: V, half: [f64; 2], best: &mut f64) {
         let (distance, reach) = (dot(middle, middle).sqrt(), f64::hypot(half[0], half[1]));
         if distance - reach >= best.min(self.cone.far) {
             return;
         }
-        // The angle that the piece may extend beyond the direction of its middle.
+        // An upper bound of the angle between the direction of the piece's centre and any of its points.
         let blur = if reach < distance { (reach / distance).asin() } else { std::f64::consts::PI };
         let aside = (dot(middle, self.ahead) / distance).clamp(-1.0, 1.0).acos();
         let slanted = (dot(middle, self.normal).abs() / distance).min(1.0).acos();
@@ -128,7 +128,7 @@ fn path(n: usize) -> String {
     format!("{ROBOT}/Pioneer_p3dx_visible/Pioneer_p3dx_ultrasonicSensor{n}")
 }
 
-/// Runs a static robot while a script moves the plate to its next place in each step.
+/// Runs a static robot while a script moves the plate to the next pose in each step, and returns the trace.
 fn moved(plates: &[Plate], sonars: &[usize], model: &str) -> Vec<Line> {
     let size = plates[0].half.map(|h| 2.0 * h);
     let rows: Vec<String> = plates
@@ -167,13 +167,13 @@ fn compare(plates: &[Plate], sonars: &[usize], model: &str, cone: Cone) -> usize
             let with = |degrees, metres| plate.seen(eye, ahead, cone.grown(degrees, metres));
             let what = || format!("step {i}, sonar {n}: {detected} {distance} m, geometry {exact:?}");
             match exact {
-                // Objects nearer than 5 cm blind a sonar.
+                // An object closer than 5 cm blinds a sonar.
                 Some(d) if (0.049..0.051).contains(&d) => {}
-                Some(d) if d < 0.049 => assert!(!detected, "is not blind: {}", what()),
+                Some(d) if d < 0.049 => assert!(!detected, "too close, but detected: {}", what()),
                 Some(d) if detected => {
                     let mut off = (d - distance).abs();
                     if off >= 0.001 {
-                        // At an edge, the size of the pieces blurs the limit by this much.
+                        // At an edge of the cone, the angular tolerance changes the distance by this amount.
                         let near = with(0.02, 0.0).map_or(0.0, |d| d - distance);
                         off = near.max(with(-0.02, 0.0).map_or(0.0, |d| distance - d)).max(0.0);
                     }
@@ -181,8 +181,8 @@ fn compare(plates: &[Plate], sonars: &[usize], model: &str, cone: Cone) -> usize
                     worst = f64::max(worst, off);
                     found += 1;
                 }
-                Some(_) => assert!(with(-0.5, -0.001).is_none(), "sees too little: {}", what()),
-                None => assert!(!detected || with(0.5, 0.001).is_some(), "sees too much: {}", what()),
+                Some(_) => assert!(with(-0.5, -0.001).is_none(), "not detected: {}", what()),
+                None => assert!(!detected || with(0.5, 0.001).is_some(), "wrongly detected: {}", what()),
             }
         }
     }
@@ -190,8 +190,8 @@ fn compare(plates: &[Plate], sonars: &[usize], model: &str, cone: Cone) -> usize
     found
 }
 
-/// Returns a plate in front of a sonar: at a distance, offset sideways and up by angles, turned and tilted from facing
-/// it.
+/// Returns a plate at a distance (m) in front of a sonar, in a direction given by the angles `aside` and `up`. The
+/// plate is rotated away from facing the sonar by `turned` and `tilt`.
 fn before(n: usize, distance: f64, [aside, up]: [f64; 2], [turned, tilt]: [f64; 2], half: V) -> Plate {
     let (origin, _) = eye(n, [0.0, 0.0, 0.1388], [0.0, 0.0, 0.0, 1.0]);
     let (yaw, pitch) = ((RING[n - 1][2] + aside).to_radians(), -up.to_radians());
@@ -202,7 +202,7 @@ fn before(n: usize, distance: f64, [aside, up]: [f64; 2], [turned, tilt]: [f64; 
 /// Returns `count` plates distributed over the cones of some sonars, at distances from 4 cm to slightly beyond the
 /// range.
 fn strewn(count: usize, sonars: &[usize], range: f64, half: V) -> Vec<Plate> {
-    // Additive recurrence with the square roots of primes: fills the space evenly without a random generator.
+    // An additive recurrence with the square roots of primes fills the space evenly without a random generator.
     let part = |i: usize, prime: f64| ((i + 1) as f64 * prime.sqrt()).fract();
     let spread = |i, prime, width: f64| (2.0 * part(i, prime) - 1.0) * width;
     (0..count)
@@ -233,7 +233,7 @@ fn a_longer_range_is_seen_to_its_end() {
 
 #[test]
 fn the_cone_ends_where_it_should() {
-    // A small plate at half a metre that faces the sonar, swept by a tenth of a degree per step, across and upwards.
+    // A small plate at 0.5 m that faces the sonar moves by 0.1 degrees per step, sideways and upwards.
     const HALF: V = [0.0005, 0.01, 0.01];
     let edge = 15.0 + 0.01f64.atan2(0.5).to_degrees();
     for (n, upwards) in [(4, false), (5, true), (8, false), (16, true)] {
@@ -245,6 +245,6 @@ fn the_cone_ends_where_it_should() {
         let (first, last) = ((0..=400).find(seen).unwrap(), (0..=400).rev().find(seen).unwrap());
         println!("sonar {n}: from {:.1} to {:.1} degrees, {edge:.2} expected", angle(first), angle(last));
         assert!((angle(first) + edge).abs() < 0.5 && (angle(last) - edge).abs() < 0.5);
-        assert!((first..=last).all(|i| seen(&i)), "sonar {n} has holes");
+        assert!((first..=last).all(|i| seen(&i)), "the cone of sonar {n} has gaps");
     }
 }

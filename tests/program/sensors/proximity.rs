@@ -1,6 +1,6 @@
-//! Tests of proximity sensors: each volume, and what is detectable in it, against closed-form geometry.
+//! Tests of the volumes of proximity sensors, and of detectable objects in them, against closed-form geometry.
 //!
-//! The sensor is at the origin and points up, so its frame is the world's. Cones are tested in `pioneer_sonar.rs`.
+//! The sensor is at the origin and faces up, so its frame is that of the world. Cones are tested in `pioneer_sonar.rs`.
 
 use crate::kit::*;
 
@@ -8,7 +8,7 @@ fn eye(keys: &str) -> String {
     format!("[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"proximity\"\n{keys}\n")
 }
 
-/// Returns the distance that the sensor reads; `None` if it detects nothing.
+/// Returns the distance that the sensor measures, or `None` if it detects nothing.
 fn read(scene: &str) -> Option<f64> {
     let line = Place::scene(scene).trace(&["/eye"], &["--steps", "2"]).pop().unwrap();
     let seen = line.sensor("/eye", "proximity.detected") == 1.0;
@@ -33,7 +33,7 @@ fn wall_x(a: f64) -> String {
 fn wall_y(a: f64) -> String {
     cuboid("wall", [6.0, 0.1, 6.0], [0.0, a + 0.05, 0.0], "")
 }
-/// Returns a plate 2 cm thick whose lower side is at z = `a`.
+/// Returns a plate with a thickness of 2 cm whose lower side is at z = `a`.
 fn plate(a: f64) -> String {
     cuboid("plate", [3.0, 3.0, 0.02], [0.0, 0.0, a + 0.01], "")
 }
@@ -47,16 +47,16 @@ fn ball(at: [f64; 3], radius: f64) -> String {
 
 #[test]
 fn a_pyramid_is_cut_off_flat_at_both_ends() {
-    // Half its width is 0.1 at 0.2 m and 0.5 (x) or 0.3 (y) at 1.2 m.
+    // Half the width of the pyramid is 0.1 m at a height of 0.2 m, and 0.5 m (x) or 0.3 m (y) at 1.2 m.
     let keys = "volume = \"pyramid\"\nnear_m = 0.2\nrange_m = 1.2\nsize_near_m = [0.2, 0.2]\nsize_far_m = [1.0, 0.6]";
     expect(keys, &plate(1.1), Some(1.1));
     expect(keys, &plate(0.15), None);
     expect(keys, &plate(1.21), None);
-    // It reaches a wall where it is wide enough: 0.1 + 0.4 (z - 0.2) = 0.3, and 0.1 + 0.2 (z - 0.2) = 0.2: z = 0.7.
+    // The pyramid reaches the walls at z = 0.7, where 0.1 + 0.4 (z - 0.2) = 0.3 and 0.1 + 0.2 (z - 0.2) = 0.2.
     expect(keys, &wall_x(0.3), Some(0.3_f64.hypot(0.7)));
     expect(keys, &wall_y(0.2), Some(0.2_f64.hypot(0.7)));
     expect(keys, &wall_x(0.51), None);
-    // In a far corner, at a distance greater than the height of the far end.
+    // An object in a far corner is at a distance greater than the height of the far end.
     let corner = (0.45_f64.powi(2) + 0.2_f64.powi(2) + 1.15_f64.powi(2)).sqrt() - 0.01;
     assert!(corner > 1.2);
     expect(keys, &ball([0.45, 0.2, 1.15], 0.01), Some(corner));
@@ -70,7 +70,7 @@ fn a_cylinder_may_widen() {
     expect(straight, &wall_x(0.101), None);
     expect(straight, &wall_x(0.05), Some(0.05));
     let widening = "volume = \"cylinder\"\nnear_m = 0.2\nrange_m = 1.2\nradius_near_m = 0.1\nradius_far_m = 0.5";
-    // As for the pyramid along x, in all directions.
+    // The cylinder widens in all directions as the pyramid does along x.
     expect(widening, &wall_x(0.3), Some(0.3_f64.hypot(0.7)));
     expect(widening, &wall_y(0.3), Some(0.3_f64.hypot(0.7)));
     expect(widening, &plate(0.15), None);
@@ -88,9 +88,10 @@ fn a_disc_is_flat() {
     let keys = "volume = \"disc\"\nangle_deg = 60.0\nheight_m = 0.1\nnear_m = 0.1\nrange_m = 2.0";
     expect(keys, &plate(0.5), Some(0.5));
     expect(keys, &plate(2.01), None);
-    // Its edge leans 30 degrees: at x = 0.3 it is 0.3 / sin 30° away.
+    // The edge is at 30 degrees from the axis, so it reaches x = 0.3 at a distance of 0.3 / sin 30°.
     expect(keys, &wall_x(0.3), Some(0.6));
-    // Half of its height is 0.05: a block from y = 0.04 on reaches into it, one from 0.06 on does not.
+    // Half the height of the volume is 0.05 m. A block that starts at y = 0.04 extends into it, but one at 0.06 does
+    // not.
     let block = |y: f64| cuboid("block", [1.0, 1.0, 0.1], [0.0, y + 0.5, 1.05], "");
     expect(keys, &block(0.04), Some(1_f64.hypot(0.04)));
     expect(keys, &block(0.06), None);
@@ -106,13 +107,13 @@ fn random_rays_lie_in_their_cone_and_change() {
     let run = || Place::scene(&scene).trace(&["/eye"], &["--steps", "10"]);
     let mut read: Vec<f64> = run().iter().map(|l| l.sensor("/eye", "proximity.distance")).collect();
     let again: Vec<f64> = run().iter().map(|l| l.sensor("/eye", "proximity.distance")).collect();
-    assert_eq!(read, again, "the same seed");
-    // The nearest of 200 rays: all within 10 degrees, and almost always one within 3 (none with a probability of
-    // 0.91^200).
+    assert_eq!(read, again, "two runs with the same seed differ");
+    // The reading is that of the nearest of 200 rays. All are within 10 degrees, and at least one is within 3 degrees,
+    // except with a probability of 0.91^200.
     assert!(read.iter().all(|d| *d >= 1.0 - 1e-9 && *d <= 1.0 / 3_f64.to_radians().cos()), "{read:?}");
     read.dedup();
-    assert_eq!(read.len(), 10, "each measure draws anew");
-    // Half of the cone is covered: about 100 rays hit it, with a standard deviation of 7.
+    assert_eq!(read.len(), 10, "each measurement must use new rays");
+    // The plate covers half of the cone, so about 100 rays hit it, with a standard deviation of 7.
     let half = cuboid("half", [3.0, 3.0, 0.02], [1.5, 0.0, 1.01], "");
     let seen =
         |needed: u32| self::read(&format!("{}{half}", eye(&format!("{keys}\nsamples_needed = {needed}")))).is_some();
@@ -121,12 +122,12 @@ fn random_rays_lie_in_their_cone_and_change() {
 
 #[test]
 fn what_is_not_seen_hides_only_where_asked() {
-    // Back faces only: the far side of a box, which its near side hides.
+    // With back faces only, the far side of a box would be detected, but its near side hides it.
     let block = cuboid("block", [1.0, 1.0, 0.1], [0.0, 0.0, 0.55], "");
     let keys = "volume = \"cone\"\nangle_deg = 30.0\nrange_m = 2.0\nfront_faces = false";
     expect(keys, &block, Some(0.6));
     expect(&format!("{keys}\nocclusion = true"), &block, None);
-    // A plate that leans 60 degrees is too slanted, but hides the straight one above it.
+    // A plate that is tilted by 60 degrees is too slanted to be detected, but hides the plate above it.
     let leaning = cuboid("leaning", [0.02, 2.0, 0.8], [0.0, 0.0, 0.6], "orientation_deg = [0.0, 30.0, 0.0]");
     let keys = "volume = \"cone\"\nangle_deg = 10.0\nrange_m = 3.0\nmax_incidence_deg = 45.0";
     expect(keys, &format!("{leaning}{}", plate(1.5)), Some(1.5));
@@ -145,10 +146,10 @@ fn noise_of_the_distance_moves_the_point() {
         let distance = line.sensor("/eye", "proximity.distance");
         let p = numbers(&line.0["readings"]["/eye"]["proximity.point"]);
         assert!((p.iter().map(|x| x * x).sum::<f64>().sqrt() - distance).abs() < 1e-9);
-        assert!((p[0] / p[2] - 0.1 / 0.9).abs() < 1e-9 && p[2] > 0.0, "along the line of sight: {p:?}");
+        assert!((p[0] / p[2] - 0.1 / 0.9).abs() < 1e-9 && p[2] > 0.0, "not on the line of sight: {p:?}");
         most = most.max((distance - exact).abs());
     }
-    assert!(most > 0.05, "no noise");
+    assert!(most > 0.05, "the points have no noise");
 }
 
 #[test]
@@ -182,15 +183,15 @@ fn scripts_look_with_limits_of_their_own() {
     let place = Place::scene(&format!("{}{things}{script}", eye(keys)));
     let lines = place.trace(&[], &["--steps", "1"]);
     let told: Vec<&str> = lines.iter().flat_map(|l| l.status()).collect();
-    // The far side of the plate is 1.52 m away; with back faces only, that of the block is at 0.6 m, which its front
-    // hides.
+    // The far side of the plate is 1.52 m away. The far side of the block is at 0.6 m and is hidden by its front, even
+    // with back faces only.
     let wanted = ["0.500 0.600 nothing nothing 0.500 1.500 nothing 1.500 0.500", "0.500", "1.500", "0.500"];
     assert_eq!(told, wanted);
 }
 
 #[test]
 fn a_threshold_of_a_script_does_not_bend_a_pyramid() {
-    // Half as wide as it is high: a wall at x = 0.3 is met at z = 0.6, 0.671 m away.
+    // Half the width of the pyramid is half its height, so it reaches a wall at x = 0.3 at z = 0.6, 0.671 m away.
     let keys = "volume = \"pyramid\"\nrange_m = 2.0\nsize_near_m = [0.0, 0.0]\nsize_far_m = [2.0, 2.0]";
     let script = "function sysCall_init()
         local eye = sim.getObject('/eye')

@@ -1,10 +1,10 @@
-//! Tests of scanning in the V-REP style: a script turns a joint and triggers a ray many times in one call. Every
-//! movement is visible at once, whether of the joint, the sensor's own body, a wall, or the wall's parent.
+//! Tests of scanning in the V-REP style: a script rotates a joint and triggers a ray many times in one call. Each
+//! movement of the joint, the sensor's own body, a wall, or the wall's parent affects the next measurement.
 
 use crate::kit::*;
 
-/// Returns a ray on a joint on a body at (0, 0, 0.3) that points along the joint's x axis, and plates whose faces are
-/// at x = 2, y = 3 and x = -4; the last plate is a child of a cart.
+/// Returns a ray along the x axis of a joint, which is mounted on a body at (0, 0, 0.3), and plates whose faces are at
+/// x = 2, y = 3 and x = -4. The last plate is a child of a cart.
 fn scene(script: &str) -> String {
     let plates = [
         cuboid("ahead", [0.2, 4.0, 1.0], [2.1, 0.0, 0.5], ""),
@@ -85,7 +85,7 @@ fn what_was_made_changed_or_removed_is_seen_at_once() {
 
 #[test]
 fn what_physics_moves_is_seen_after_each_step() {
-    // A box that falls in front of the ray: its upper side passes the ray's height when it has fallen 0.2 m.
+    // A box falls in front of the ray. Its upper side passes the height of the ray after 0.2 m.
     let falling = cuboid("falling", [0.2, 0.2, 0.2], [1.0, 0.0, 0.4], "dynamic = true");
     let script = "
         function sysCall_sensing()

@@ -1,11 +1,11 @@
-//! Tests of models of sensors from V-REP's library: the objects that scripts refer to exist, and their scripts report
-//! what the scene's geometry implies.
+//! Tests of models of sensors from V-REP's library: the objects to which scripts refer exist, and the scripts of the
+//! models report the values that follow from the scene's geometry.
 //!
-//! Source: names, positions and numbers of V-REP's models and of devices, `tests/facts/devices.md`.
+//! The names, positions and values of V-REP's models and of devices are from `tests/facts/devices.md`.
 
 use crate::kit::*;
 
-/// Returns a room of 6 x 4 m around the origin, whose walls rays meet.
+/// Returns a room of 6 x 4 m around the origin, whose walls sensors can detect.
 fn room() -> String {
     [
         cuboid("east", [0.2, 4.2, 1.0], [3.1, 0.0, 0.5], ""),
@@ -16,7 +16,7 @@ fn room() -> String {
     .concat()
 }
 
-/// Lua function that returns the distance to the walls from `(x, y)` along an angle.
+/// A Lua function that returns the distance from `(x, y)` to the walls in the direction of an angle.
 const WALLS: &str = "
     local function wall(x, y, angle)
         local c, s = math.cos(angle), math.sin(angle)
@@ -34,8 +34,7 @@ fn placed(model: &str, at: [f64; 3], more: &str) -> String {
 
 #[test]
 fn the_scanner_tells_its_points_by_tube_signal_graph_and_file() {
-    // 361 points over 180 degrees, 2 per degree; beam i points to -90 + i / 2 degrees; points are relative to the
-    // scanner.
+    // The scanner returns 361 points over 180 degrees, relative to itself. Beam i has the angle -90 + i / 2 degrees.
     let reader = "
         function sysCall_init()
             scanner = sim.getObjectHandle('LaserScanner_2D')
@@ -68,7 +67,7 @@ fn the_scanner_tells_its_points_by_tube_signal_graph_and_file() {
     let place = Place::scene(&text);
     let lines = place.trace(&[], &["--steps", "5", "--graphs", "."]);
     let told = lines.iter().filter(|l| l.status() == ["scan"]).count();
-    assert_eq!(told, 4, "each scan is read a step later");
+    assert_eq!(told, 4, "each scan must be available one step later");
     let log = place.read("scans.log");
     assert!(log.lines().count() >= 5 && log.lines().all(|l| l.ends_with(" 361")), "{log}");
     let picture = std::fs::read(place.path().join("LaserScannerGraph_2D.png")).unwrap();
@@ -98,8 +97,8 @@ fn parameters_of_a_model_are_those_of_its_script_and_others_may_set_them() {
 
 #[test]
 fn the_hokuyo_turns_ten_times_a_second() {
-    // 512 of 1024 directions per step, of which 684 are measured: 512 points, then 172, and after each turn all
-    // distances.
+    // The scanner covers 512 of 1024 directions per step, and measures in 684 directions. It returns 512 points, then
+    // 172, and after each turn all distances.
     let reader = "
         function sysCall_init()
             for _, part in ipairs({ 'body', 'joint', 'laser' }) do
@@ -163,7 +162,7 @@ fn errors_of_the_hokuyo_are_spread_evenly_over_a_centimetre_to_either_side() {
     Place::scene(&text).run(&["--seconds", "4"]).good();
 }
 
-/// Returns the output of a GPS in a run: three numbers per step, through signals and the tube.
+/// Returns the position that a GPS model reports in each step, through signals and a tube.
 fn gps(model: &str, scene: &str) -> Vec<[f64; 3]> {
     let reader = "
         function sysCall_init() tube = sim.tubeOpen(0, 'gpsData' .. sim.getNameSuffix(nil), 1) sim.getObjectHandle('GPS_reference') end
@@ -186,7 +185,7 @@ fn gps(model: &str, scene: &str) -> Vec<[f64; 3]> {
 fn a_gps_without_errors_tells_its_place_and_with_them_is_off_by_as_much_as_v_rep() {
     let exact = gps("noise_m = [0.0, 0.0, 0.0]\nshift_m = [0.0, 0.0, 0.0]", "");
     assert_eq!(exact.len(), 400);
-    assert!(exact.iter().all(|p| *p == [1.5, -2.25, 0.5]), "these numbers are exact in 32 bits as well");
+    assert!(exact.iter().all(|p| *p == [1.5, -2.25, 0.5]), "these values are also exact in 32 bits");
     let (truth, noise, shift) = ([1.5, -2.25, 0.5], [0.1, 0.1, 0.05], [1.0, 1.0, 0.5]);
     let runs = ["seed = 1\n", "seed = 2\n"].map(|seed| gps("", seed));
     let means = runs.each_ref().map(|run| {
@@ -194,14 +193,14 @@ fn a_gps_without_errors_tells_its_place_and_with_them_is_off_by_as_much_as_v_rep
     });
     for (run, mean) in runs.iter().zip(&means) {
         for k in 0..3 {
-            // The mean of 400 differs from the shift by 4 standard errors at most.
+            // The mean of 400 readings differs from the shift by at most 4 standard errors.
             let error = 4.0 * noise[k] / 3f64.sqrt() / 20.0;
             assert!(mean[k].abs() <= shift[k] + error, "{mean:?}");
             let far = run.iter().map(|p| (p[k] - truth[k] - mean[k]).abs()).fold(0.0, f64::max);
             assert!(far <= noise[k] + error && far > 0.9 * noise[k], "axis {k}: {far}");
         }
     }
-    assert!((0..3).all(|k| (means[0][k] - means[1][k]).abs() > 1e-3), "another seed, another shift: {means:?}");
+    assert!((0..3).all(|k| (means[0][k] - means[1][k]).abs() > 1e-3), "two seeds have the same shift: {means:?}");
 }
 
 #[test]
@@ -323,7 +322,8 @@ fn the_course_saves_what_the_kinect_sees_at_a_key() {
     let lines = place.lines("trace.jsonl");
     let told: Vec<_> = lines.iter().flat_map(Line::status).collect();
     assert_eq!(told.iter().filter(|t| t.starts_with("saved")).count(), 2, "{told:?}");
-    // The can's side is 60 mm before its centre, the camera 29.2 mm before the model's: -0.2 - 0.06 + 2 - 0.029248 m.
+    // The side of the can is 60 mm in front of its centre, and the camera is 29.2 mm in front of the origin of the
+    // model, so the distance is -0.2 - 0.06 + 2 - 0.029248 m.
     assert_eq!(told.iter().filter(|t| **t == "the middle is 1.711 m away").count(), 4, "{told:?}");
     for name in ["kinect_1_rgb.png", "kinect_1_depth.png", "kinect_2_rgb.png", "kinect_2_depth.png"] {
         let bytes = std::fs::read(place.path().join(name)).unwrap();

@@ -1,10 +1,10 @@
 //! Tests of vision sensors through the V-REP API: their images of scenes with known geometry.
 //!
-//! Source: `tests/facts/script-api.md`, 4.
+//! The facts are from `tests/facts/script-api.md`, 4.
 
 use crate::kit::*;
 
-/// Returns a camera at (0, 0, 1) that points along x with z up, 16 x 12 pixels, 0.5 to 2.5 m.
+/// Returns a vision sensor at (0, 0, 1) that faces along x with z up, with 16 x 12 pixels and a range of 0.5 to 2.5 m.
 fn camera(script: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"depth_camera\"\ncolumns = 16\nrows = 12\n\
@@ -19,7 +19,7 @@ fn see(script: &str) -> Done {
     Place::scene(&format!("{}{wall}", camera(script))).run(&["--steps", "3"])
 }
 
-/// Rows run from the bottom to the top; 0.25 = (1 - 0.5) / (2.5 - 0.5).
+/// Rows are stored from the bottom to the top. The normalised depth of the wall is (1 - 0.5) / (2.5 - 0.5) = 0.25.
 #[test]
 fn depths_begin_at_the_bottom() {
     see("function sysCall_init() eye = sim.getObject('/eye') end
@@ -68,7 +68,7 @@ fn old_names_give_tables() {
     .good();
 }
 
-/// Half of the image at 0.25, half at 1: mean 0.625. Intensities are between those of the three colours.
+/// Half of the depths are 0.25 and half are 1, so the mean is 0.625. Intensities are between the values of the colours.
 #[test]
 fn the_packet_of_fifteen() {
     see("function sysCall_init() eye = sim.getObject('/eye') end
@@ -91,7 +91,7 @@ fn the_packet_of_fifteen() {
     .good();
 }
 
-/// Restricts detection to one entity: without the wall nothing is seen.
+/// Detection can be restricted to one entity. If this is not the wall, nothing is detected.
 #[test]
 fn one_entity_is_looked_at() {
     see("function sysCall_sensing()
@@ -105,7 +105,7 @@ fn one_entity_is_looked_at() {
     .good();
 }
 
-/// Parameters by number: 1000 near, 1001 far, 1002 and 1003 resolution, 1004 angle, 1005 size
+/// The numbered parameters are 1000 near, 1001 far, 1002 and 1003 resolution, 1004 angle, 1005 size
 /// (tests/facts/script-api.md, 4).
 #[test]
 fn parameters_by_number() {
@@ -131,7 +131,7 @@ fn parameters_by_number() {
     .good();
 }
 
-/// Arguments of `sysCall_vision`, and the effect of its return value.
+/// `sysCall_vision` gets its arguments, and its return value takes effect.
 #[test]
 fn scripts_look_at_the_image() {
     see("function sysCall_init() eye = sim.getObject('/eye') end
@@ -203,8 +203,8 @@ fn images_from_elsewhere() {
     .good();
 }
 
-/// A scanner as in the 2015 models: depths become coordinates (filter 35), read as `r, t, u`. A wall at 1 m ahead of 16
-/// columns: x = slope * 1 m, z = 1 m, in the middle row of three.
+/// A scanner as in the models of 2015 converts depths to coordinates (filter 35), which scripts read as `r, t, u`. For
+/// a wall at 1 m in front of 16 columns, x = slope * 1 m and z = 1 m in the middle row of three.
 #[test]
 fn chains_of_filters_tell_coordinates() {
     let wall = cuboid("wall", [0.02, 6.0, 6.0], [1.01, 0.0, 1.0], "");
@@ -231,8 +231,8 @@ fn chains_of_filters_tell_coordinates() {
     Place::scene(&format!("{eye}{wall}")).run(&["--steps", "3"]).good();
 }
 
-/// A script of 2015 that writes what a Kinect sees when the key w is pressed: 119 is its code, 6 the message of a key
-/// (tests/facts/script-api.md, 5). The wall fills the lower half, at a normalized depth of 0.25.
+/// A script of 2015 writes the depths of a Kinect when the key w is pressed. Its code is 119, and 6 is the message of a
+/// key (tests/facts/script-api.md, 5). The wall fills the lower half of the image at a normalised depth of 0.25.
 #[test]
 fn a_key_captures_depths_and_colours() {
     let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");
@@ -276,7 +276,7 @@ fn a_key_captures_depths_and_colours() {
     assert!(png.starts_with(b"\x89PNG"));
 }
 
-/// `tatu.read` and `tatu.save`: the same image as numbers and as files, upright and in whole millimetres.
+/// `tatu.read` and `tatu.save` give the same image, as numbers and as files. Files are upright, in whole millimetres.
 #[test]
 fn readings_as_tables_and_files() {
     let place = Place::scene(&format!(
@@ -334,7 +334,7 @@ fn six_sensors_make_an_image_of_all_around() {
             sides[0], sides[1]
         )
     };
-    // z is the viewing direction, y is up in the image: ahead is +x of the world, left +y, up +z.
+    // The z axis is the viewing direction, and y points up in the image. In the world, +x is ahead, +y left, +z up.
     for (alias, orientation) in [
         ("front", [0, 90, 90]),
         ("top", [0, 0, -90]),

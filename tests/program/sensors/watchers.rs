@@ -1,9 +1,8 @@
-//! Tests that sensors do not affect the simulation: a world with sensors equals one without, to the last bit.
+//! Tests that sensors do not affect the simulation: a world with sensors is bit-identical to one without.
 
 use crate::kit::*;
 
-/// Returns a Pioneer that turns away from obstacles by its sonars, with random numbers in its script, among boxes that
-/// it pushes.
+/// Returns a Pioneer that avoids obstacles by its sonars and by random numbers, among boxes that it pushes.
 fn scene() -> String {
     let script = "
         function sysCall_init()
@@ -29,7 +28,7 @@ fn sensor(kind: &str, more: &str) -> String {
     )
 }
 
-/// Returns the lines of a trace with the hashes of all objects.
+/// Runs a scene and returns the lines of its trace with the hashes of all objects.
 fn ran(text: &str, threads: &str) -> Vec<Line> {
     Place::scene(text).trace(&[], &["--seconds", "4", "--hashes", "--threads", threads])
 }
@@ -38,7 +37,7 @@ fn ran(text: &str, threads: &str) -> Vec<Line> {
 fn a_world_with_sensors_added_has_the_same_hash() {
     let plain = ran(&scene(), "1");
     assert_eq!(plain.len(), 80);
-    assert!(plain.windows(2).all(|w| w[0].hash() != w[1].hash()), "it moves");
+    assert!(plain.windows(2).all(|w| w[0].hash() != w[1].hash()), "the robot does not move");
     let added = [
         sensor("proximity", "volume = \"cone\"\nrange_m = 2.0"),
         sensor("laser", "preset = \"hokuyo_urg_04lx\""),
@@ -54,7 +53,7 @@ fn a_world_with_sensors_added_has_the_same_hash() {
 
 #[test]
 fn a_world_with_devices_added_has_the_same_objects_beside_them() {
-    // Devices consist of objects, which enter the hash under their own paths.
+    // Devices contain objects, which have their own entries in the hashes.
     let plain = ran(&scene(), "1");
     let models = ["laser_scanner_2d", "hokuyo", "gps"]
         .map(|m| format!("[[model]]\nmodel = \"{m}\"\nparent = \"/Pioneer_p3dx\"\nposition_m = [0.1, 0.0, 0.15]\n"));

@@ -1,5 +1,4 @@
-//! Tests of the layers: there is no cycle of imports among the files of a crate. (Cargo itself allows none among
-//! crates.)
+//! Tests that the imports between the files of a crate have no cycles. Cycles between crates are refused by Cargo.
 
 use std::{
     collections::BTreeMap,
@@ -10,7 +9,7 @@ use std::{
 use super::imports::{Imports, circles, imports};
 use crate::kit::*;
 
-/// Intentional cycles, with the reason. None has more than three files.
+/// Allowed cycles, each with its reason, and with three files at most.
 const MEANT: [(&[&str], &str); 0] = [];
 const MOST_FILES: usize = 3;
 
@@ -37,7 +36,7 @@ fn short(path: &Path) -> String {
     path.strip_prefix(root()).unwrap_or(path).display().to_string().replace('\\', "/")
 }
 
-/// Formats a cycle: the name that each of its files takes from the others.
+/// Formats a cycle: for each file, the names that it imports from the others.
 fn told(circle: &[PathBuf], all: &Imports) -> String {
     let line = |file: &PathBuf| {
         let takes = all[file].iter().filter(|(to, _)| circle.contains(to));
@@ -60,7 +59,7 @@ fn files_of_a_crate_import_downward_only() {
             }
         }
     }
-    assert!(wrong.is_empty(), "circles of imports:\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "cycles of imports:\n{}", wrong.join("\n"));
 }
 
 #[test]
@@ -106,17 +105,17 @@ fn a_circle_is_found() {
 #[test]
 fn nothing_in_the_core_imports_pictures() {
     for folder in fs::read_dir(root().join("core")).unwrap().map(|e| e.unwrap().path()) {
-        // Crates that embed the simulator in other programs are also at the top.
+        // The crate that embeds the simulator in other programs is also at the top.
         if folder.ends_with("embed") {
             continue;
         }
         let Ok(manifest) = fs::read_to_string(folder.join("Cargo.toml")) else { continue };
         let uses = manifest.lines().any(|l| l.starts_with("tatu-render"));
-        assert!(!uses, "{} depends on tatu-render, which stands on top of the core", folder.display());
+        assert!(!uses, "{} depends on tatu-render, which is above the core", folder.display());
     }
 }
 
-/// Returns the modules that the head of a file lists: names in backticks that begin an entry, up to its colon.
+/// Returns the modules listed in the doc comment at the top of a file: the names in backticks before an entry's colon.
 fn listed(head: &str) -> Vec<String> {
     let items = head.split("\n- ").skip(1).map(|item| item.split("\n\n").next().unwrap_or(item));
     let parts = items.flat_map(|item| item.split(';')).filter_map(|part| part.split_once(':').map(|(names, _)| names));
@@ -142,5 +141,5 @@ fn lists_of_modules_name_modules_that_are_there() {
         let gone = listed(&head.join("\n")).into_iter().filter(|name| !declared.contains(&name.as_str()));
         wrong.extend(gone.map(|name| format!("{} lists `{name}`", short(&file))));
     }
-    assert!(wrong.is_empty(), "no such modules:\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "documented modules that do not exist:\n{}", wrong.join("\n"));
 }

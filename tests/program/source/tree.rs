@@ -7,8 +7,8 @@ use std::{
 
 use crate::kit::*;
 
-/// Words that may not occur in the core: kinds of sensors, robots, script languages, and the script API of V-REP.
-/// (V-REP itself may be named, as the source of a convention or number.)
+/// Words that must not occur in the core: kinds of sensors, robots, script languages, and the script API of V-REP.
+/// V-REP itself may be named as the source of a convention or value.
 #[rustfmt::skip]
 const FOREIGN: [&str; 28] = [
     "sonar", "ultrasonic", "proximity", "laser", "lidar", "gps", "hokuyo", "kinect", "gyro",
@@ -18,20 +18,20 @@ const FOREIGN: [&str; 28] = [
     "sysCall", "sim_call_type", "simGet", "simSet", "simRead",
 ];
 
-/// Returns the files below a folder, without what cargo and git create.
+/// Returns the files below a folder, except those that cargo and git create.
 pub fn files(folder: &Path) -> Vec<PathBuf> {
     let mut out = Vec::new();
     let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     entries.sort();
     for path in entries {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        // Files that are gathered for wheels are not sources.
+        // Files that a build copies into the Python package are not sources.
         let is_gathered =
             ["plugins", "scenes", "models", "addons", "_commands.pyi", "THIRD-PARTY.txt"].contains(&name.as_str());
         if is_gathered && folder.ends_with("python/tatu_sim") {
             continue;
         }
-        // In a second working tree `.git` is a file.
+        // `.git` is a file in a linked working tree.
         if path.is_dir() || name == ".git" {
             if !["target", ".git", "node_modules", "corpus", "found"].contains(&name.as_str()) {
                 out.extend(files(&path));
@@ -51,12 +51,12 @@ fn is_letter(c: Option<char>) -> bool {
     c.is_some_and(|c| c.is_ascii_alphabetic())
 }
 
-/// Returns whether a line contains a word: `lua` in `lua_state` and `.lua`, not in `evaluate`.
+/// Returns whether a line contains a word: `lua` occurs in `lua_state` and `.lua`, but not in `evaluate`.
 fn has_word(line: &str, word: &str) -> bool {
     let line = line.to_lowercase();
     line.match_indices(&word.to_lowercase()).any(|(at, w)| {
         let (before, behind) = (line[..at].chars().next_back(), line[at + w.len()..].chars().next());
-        // Prefixes of function names may be followed by anything.
+        // `sim` and `sysCall` are prefixes of function names, so any characters may follow.
         !is_letter(before) && (word.starts_with("sim") || word == "sysCall" || !is_letter(behind))
     })
 }
@@ -80,7 +80,7 @@ fn the_core_names_no_sensor_robot_language_or_script_function() {
             }
         }
     }
-    assert!(found.is_empty(), "the core is to know these by form, not by name:\n{}", found.join("\n"));
+    assert!(found.is_empty(), "the core must not contain these names:\n{}", found.join("\n"));
 }
 
 fn without_scene_paths(line: &str) -> String {
@@ -94,7 +94,7 @@ fn every_plugin_is_in_the_manifest() {
     for kind in folders(&root().join("plugins")) {
         for plugin in folders(&kind).into_iter().filter(|p| p.join("Cargo.toml").exists()) {
             let text = fs::read_to_string(plugin.join("Cargo.toml")).unwrap();
-            // Crates that plugins share are not plugins.
+            // Crates shared by several plugins are not plugins.
             if !text.contains("cdylib") {
                 continue;
             }
@@ -105,7 +105,7 @@ fn every_plugin_is_in_the_manifest() {
             }
         }
     }
-    assert!(missing.is_empty(), "add to [dependencies] in the root Cargo.toml:\n{}", missing.join("\n"));
+    assert!(missing.is_empty(), "add these to [dependencies] in the root Cargo.toml:\n{}", missing.join("\n"));
 }
 
 fn folders(of: &Path) -> Vec<PathBuf> {
@@ -129,34 +129,34 @@ fn the_architecture_page_names_every_top_folder() {
     for folder in folders(root()) {
         let name = folder.file_name().unwrap().to_string_lossy().into_owned();
         if name != "target" && !name.starts_with('.') {
-            assert!(page.contains(&format!("{name}/")), "ARCHITECTURE.md does not tell what {name}/ is");
+            assert!(page.contains(&format!("{name}/")), "ARCHITECTURE.md does not describe {name}/");
         }
     }
 }
 
 #[test]
 fn no_file_is_longer_than_one_reads() {
-    // Files must be short enough to read at once. Exceptions: the C header, which is the manual, and meshes.
+    // Files must be short enough to read in one go, except for the C header, which is the manual, and meshes.
     for file in files(root()) {
         let name = short(&file).replace('\\', "/");
         let Ok(text) = fs::read_to_string(&file) else { continue };
-        // The manual is one file, and so are its frozen copies.
+        // Each frozen copy of the C header is also a single file.
         if !name.ends_with("/tatu.h") && !name.ends_with(".ply") {
-            assert!(text.lines().count() <= 700, "{name} has {} lines: divide it", text.lines().count());
+            assert!(text.lines().count() <= 700, "{name} has {} lines; split it", text.lines().count());
         }
     }
 }
 
 #[test]
 fn nothing_depends_on_where_it_lies() {
-    // Written in two halves, so that this file does not contain them.
+    // The paths are written in two halves so that this file does not contain them.
     let places = [("/wo", "rk/"), ("/ho", "me/"), ("/Us", "ers/"), ("/tm", "p/"), ("/ro", "ot/"), ("C:", "\\\\")]
         .map(|(a, b)| format!("{a}{b}"));
     for file in files(root()) {
         let Ok(text) = fs::read_to_string(&file) else { continue };
         for (i, line) in text.lines().enumerate() {
             for place in places.iter().filter(|p| line.contains(p.as_str())) {
-                // The same text inside a longer path is not a path of this machine.
+                // Part of a longer path is not a path on this machine.
                 let at = line.find(place.as_str()).unwrap();
                 let before = line[..at].chars().next_back();
                 assert!(before.is_some_and(|c| c.is_alphanumeric() || c == '.'), "{}:{}: {line}", short(&file), i + 1);
@@ -167,7 +167,7 @@ fn nothing_depends_on_where_it_lies() {
 
 #[test]
 fn abi_stable_stays_in_one_file() {
-    // docs/decisions: abi_stable guards the layouts of the frozen types, and only those.
+    // See docs/decisions: abi_stable checks the layouts of the frozen types, and of no others.
     let uses = |f: &PathBuf| {
         f.extension().is_some_and(|e| e == "rs") && fs::read_to_string(f).unwrap().contains("abi_stable::")
     };
@@ -178,13 +178,13 @@ fn abi_stable_stays_in_one_file() {
 
 #[test]
 fn every_dependency_has_its_reason() {
-    // Each dependency needs a comment above it, except our own crates.
+    // Each dependency needs a comment above it, except crates of this repository.
     let text = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let table = text.split("[workspace.dependencies]").nth(1).unwrap().split("\n[").next().unwrap();
     let mut has_reason = false;
     for line in table.lines().filter(|l| !l.trim().is_empty()) {
         let is_reason = line.starts_with('#');
-        assert!(is_reason || has_reason || line.contains("path ="), "no reason above: {line}");
+        assert!(is_reason || has_reason || line.contains("path ="), "no comment with a reason above: {line}");
         has_reason = is_reason;
     }
 }

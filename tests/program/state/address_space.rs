@@ -1,4 +1,4 @@
-//! Tests with a limited address space, as clusters and `ulimit -v` impose it: the results are the same, or an error is
+//! Tests with a limited address space, as set by clusters and `ulimit -v`: the results are the same, or an error is
 //! reported.
 #![cfg(target_os = "linux")]
 
@@ -19,7 +19,7 @@ fn scene(scripts: usize) -> Place {
     Place::scene(&(0..scripts).map(|i| watcher(&format!("w{i}"), script)).collect::<String>())
 }
 
-/// Runs the scripts with this much address space (MB); returns their lines, and the result of the run.
+/// Runs the scripts with an address space of `mb` MB. Returns the lines that they print, and the result of the run.
 fn orders(place: &Place, mb: usize) -> (Vec<String>, Done) {
     let line = format!("ulimit -v {}; exec \"$0\" run scene.toml --steps 2", mb << 10);
     let output = Command::new("sh").args(["-c", &line]).arg(program()).current_dir(place.path()).output().unwrap();
@@ -50,8 +50,8 @@ fn eight_scripts_need_no_more_than_their_slots() {
 fn what_cannot_be_had_is_told() {
     let (lines, done) = orders(&scene(8), 1200);
     assert_eq!((lines.len(), done.code), (8, 0), "{}", done.err);
-    done.tells(&["too little address space", "ulimit -v"]);
-    assert_eq!(done.err.matches("too little address space").count(), 1);
+    done.tells(&["address space is too small", "ulimit -v"]);
+    assert_eq!(done.err.matches("address space is too small").count(), 1);
 }
 
 #[test]
@@ -61,10 +61,10 @@ fn a_strict_run_takes_no_warnings() {
     let output = Command::new("sh").args(["-c", &line]).arg(program()).current_dir(place.path()).output().unwrap();
     let err = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{err}");
-    assert!(err.contains("too little address space") && err.contains("error[E123]"), "{err}");
+    assert!(err.contains("address space is too small") && err.contains("error[E123]"), "{err}");
     let done = place.run(&["--steps", "2", "--strict"]).good();
     assert_eq!(done.json()["warnings"], serde_json::json!([]));
-    // A warning during the run.
+    // A script logs a warning during the run.
     let place = Place::scene(&watcher(
         "d",
         "function sysCall_actuation() sim.addLog(sim.verbosity_warnings, 'low battery') end",
@@ -75,7 +75,7 @@ fn a_strict_run_takes_no_warnings() {
     place.run(&["--steps", "2"]).good();
 }
 
-/// Scripts reserve address space until little is left, but the rest of the program needs some, too.
+/// Scripts reserve most of the address space, but leave enough for the rest of the program.
 #[test]
 fn reservations_of_scripts_leave_room_for_the_rest() {
     let place = scene(12);

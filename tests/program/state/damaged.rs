@@ -1,6 +1,6 @@
-//! Tests of damaged files of each kind that is read back: they are refused or run, but never panic or go unreported.
-//! The long form, with thousands of files, is the same test: `TATU_DAMAGED=10000 cargo test --release --test program
-//! damaged`.
+//! Tests of damaged logs, snapshots and other files that the program reads back: it refuses or runs them, but never
+//! panics or ignores damage silently. To run the same tests with thousands of files, use `TATU_DAMAGED=10000 cargo test
+//! --release --test program damaged`.
 
 use std::fs;
 
@@ -16,7 +16,7 @@ impl Dice {
         self.0 ^= self.0 << 17;
         (self.0 % n.max(1) as u64) as usize
     }
-    /// Returns a file with something cut out, duplicated, flipped or overwritten.
+    /// Returns a copy of a file in which some bytes are removed, duplicated, flipped or overwritten.
     fn damage(&mut self, whole: &[u8]) -> Vec<u8> {
         let mut bytes = whole.to_vec();
         for _ in 0..=self.below(3) {
@@ -37,7 +37,7 @@ impl Dice {
     }
 }
 
-/// Returns the number of repetitions: more in the long form.
+/// Returns the number of repetitions: the value of `TATU_DAMAGED` if it is set, otherwise `few`.
 fn times(few: usize) -> usize {
     std::env::var("TATU_DAMAGED").ok().and_then(|n| n.parse().ok()).unwrap_or(few)
 }
@@ -79,8 +79,8 @@ fn damaged_files_are_refused_or_run() {
             let done = place.tatu(args);
             assert!((0..=2).contains(&done.code), "{file}: exit {}\n{}", done.code, done.err);
             assert!(!done.err.contains("panicked"), "{file}: {}", done.err);
-            assert!(done.code == 0 || !(done.err.clone() + &done.out).trim().is_empty(), "{file}: without a word");
-            // Undamaged files are skipped.
+            assert!(done.code == 0 || !(done.err.clone() + &done.out).trim().is_empty(), "{file}: no message");
+            // Files that the change has left equal are skipped.
             if bad == whole {
                 continue;
             }
@@ -88,15 +88,15 @@ fn damaged_files_are_refused_or_run() {
                 "snap" => assert_eq!(done.code, 2, "{}", done.err),
                 // Missing lines at the end are reported.
                 "log" if done.code == 0 => {
-                    let told = done.err.contains("ended from outside") || done.err.contains("truncated");
-                    assert!(told, "a difference without a word: {}", done.err);
+                    let told = done.err.contains("did not end normally") || done.err.contains("last line");
+                    assert!(told, "the damage is not reported: {}", done.err);
                 }
                 "trace" if done.code == 0 => {
                     let lines = |b: &[u8]| -> Vec<serde_json::Value> {
                         let text = String::from_utf8(b.to_vec()).unwrap();
                         text.lines().map(|l| serde_json::from_str(l).unwrap()).collect()
                     };
-                    assert_eq!(lines(&bad), lines(&whole), "a difference without a word");
+                    assert_eq!(lines(&bad), lines(&whole), "the damage is not reported");
                 }
                 _ => {}
             }
@@ -105,7 +105,8 @@ fn damaged_files_are_refused_or_run() {
     }
 }
 
-/// A short form of 37,000 calls: commands with arguments of any kind, while boxes touch each other.
+/// Calls commands with arguments of any type while boxes touch each other. This is a short form of a test with 37,000
+/// calls.
 #[test]
 fn random_calls_end_nothing() {
     let place = Place::new();

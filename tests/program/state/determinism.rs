@@ -1,10 +1,11 @@
-//! Tests of determinism: the same scene and seed give the same bytes on every run, for any number of threads, scripts
-//! included; two robots of one model are independent.
+//! Tests of determinism: the same scene and seed give the same bytes in every run and with any number of threads, also
+//! if scripts run; two robots of one model are independent.
 
 use crate::kit::*;
 
-/// Uses what differs from run to run in ordinary Lua: the order of keys of every kind, addresses, clock, random
-/// numbers. The results go to the status bar, into a signal and to the wheels, so that trace and hash contain them.
+/// Uses everything that differs from run to run in ordinary Lua: the order of keys of every type, addresses, the clock,
+/// and random numbers. The results are written to the status bar, to a signal and to the wheels, so the trace and the
+/// hash depend on them.
 const RESTLESS: &str = "
 local function digest(t)
     local words = {}
@@ -31,7 +32,7 @@ function sysCall_actuation()
     sim.setJointTargetVelocity(right, 2 + math.random() - os.clock() / 100)
 end";
 
-/// Creates three such robots among boxes.
+/// Creates a scene with three robots that run [`RESTLESS`] among boxes.
 fn restless() -> Place {
     let robots: Vec<String> =
         (0..3).map(|i| pioneer(RESTLESS, &format!("position_m = [0.0, {}.0, 0.0]", 2 * i))).collect();
@@ -53,12 +54,12 @@ fn record(place: &Place, args: &[&str]) -> (Vec<String>, String) {
 
 #[track_caller]
 fn same(a: &(Vec<String>, String), b: &(Vec<String>, String)) {
-    // Including three passes after the stop request.
+    // 100 steps, and three passes after the stop request.
     assert_eq!(a.0.len(), 103);
     for (i, (x, y)) in a.0.iter().zip(&b.0).enumerate() {
         assert!(x == y, "step {}:\n{x}\n{y}", i + 1);
     }
-    assert_eq!(a.1, b.1, "what was printed");
+    assert_eq!(a.1, b.1, "the printed lines differ");
 }
 
 #[test]
@@ -86,19 +87,19 @@ fn the_seed_changes_what_is_random() {
         lines.iter().flat_map(|l| l.status().iter().map(|s| s.to_string()).collect::<Vec<_>>()).collect()
     };
     let (five, again, seven) = (told(&[]), told(&["--seed", "5"]), told(&["--seed", "7"]));
-    assert_eq!(five, again, "the scene's seed is what --seed sets");
+    assert_eq!(five, again, "--seed must have the same effect as the scene's own seed");
     assert_eq!(told(&["--set", "scene.seed=7"]), seven);
     for i in 0..10 {
-        assert_ne!(five[i], seven[i], "another seed, other numbers");
+        assert_ne!(five[i], seven[i], "different seeds must give different numbers");
         for j in 0..i {
-            assert_ne!(five[i], five[j], "two scripts, two steps: other numbers");
+            assert_ne!(five[i], five[j], "different scripts and steps must give different numbers");
         }
     }
 }
 
 #[test]
 fn who_only_watches_is_not_in_the_hash() {
-    // Random numbers are an exception: a script's depend on when it was created.
+    // Random numbers are replaced by constants, because those of a script depend on when it was created.
     let calm = RESTLESS.replace("math.random(100)", "7").replace("math.random()", "0.5");
     let robot = format!("{FLOOR}{}", pioneer(&calm, ""));
     let sensor =
@@ -108,13 +109,14 @@ fn who_only_watches_is_not_in_the_hash() {
         lines.iter().map(|l| l.hash().to_owned()).collect()
     };
     let alone = hashes(&robot);
-    assert_eq!(alone, hashes(&format!("{robot}{sensor}")), "a sensor after the robot");
-    assert_eq!(alone, hashes(&format!("{sensor}{robot}")), "a sensor before it");
+    assert_eq!(alone, hashes(&format!("{robot}{sensor}")), "a sensor after the robot changes its motion");
+    assert_eq!(alone, hashes(&format!("{sensor}{robot}")), "a sensor before the robot changes its motion");
 }
 
 #[test]
 fn two_robots_are_moved_by_their_own_scripts() {
-    // One drives ahead, the other turns on the spot; in the old dialect by names, in the new one by paths.
+    // One robot drives ahead, and the other turns on the spot. The old dialect refers to motors by name, the new one by
+    // path.
     let old = |l, r| {
         format!(
             "if sim_call_type == sim_childscriptcall_actuation then
@@ -138,7 +140,7 @@ fn two_robots_are_moved_by_their_own_scripts() {
         let last = place.trace(&paths, &["--seconds", "4"]).pop().unwrap();
         let ([first, second], [q, r]) =
             (paths.map(|p| last.object::<3>(p, "position")), paths.map(|p| last.object::<4>(p, "quaternion")));
-        // 4 s at 2 * 0.0975 m/s, less the loss while it accelerates.
+        // 4 s at 2 * 0.0975 m/s, minus the distance lost during the acceleration.
         assert!(first[0] > 0.7 && first[1].abs() < 0.05 && yaw(q).abs() < 0.02, "{first:?}");
         assert!(f64::hypot(second[0], second[1] - 3.0) < 0.1 && yaw(r) > 1.0, "{second:?} {r:?}");
     }
@@ -153,7 +155,7 @@ fn the_second_robot_has_names_of_its_own() {
     let scene =
         format!("dialect = \"4.2\"\n{FLOOR}{}{}", pioneer(told, ""), pioneer(told, "position_m = [0.0, 3.0, 0.0]"));
     let lines = Place::scene(&scene).trace(&[], &["--steps", "1"]);
-    // V-REP: the copy's names end in #0; paths distinguish siblings of one alias by their order.
+    // As in V-REP, the names of the copy end in #0; paths distinguish siblings with the same alias by their order.
     assert_eq!(
         lines[0].status(),
         [
@@ -165,7 +167,7 @@ fn the_second_robot_has_names_of_its_own() {
     );
 }
 
-/// Random numbers depend on the object, not on its place in the file: they stay the same whatever is added.
+/// Random numbers depend on the object and not on its position in the file: adding other objects does not change them.
 #[test]
 fn what_is_added_changes_no_random_number() {
     let script = "function sysCall_actuation() sim.addStatusbarMessage(tostring(math.random(1000000))) end";

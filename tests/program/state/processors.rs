@@ -1,5 +1,5 @@
-//! Tests that results do not depend on the C library's implementation of sine: with and without fused multiply-add and
-//! wide registers.
+//! Tests that results do not depend on the C library's mathematical functions, which have different implementations for
+//! processors with and without fused multiply-add and wide registers.
 
 use crate::kit::*;
 
@@ -39,8 +39,8 @@ fn the_c_library_decides_no_bits() {
         place.read(file)
     };
     let usual = trace("a.jsonl", &[]);
-    // As on a processor without them, for which glibc has other code.
+    // Makes glibc select the code for a processor without these instructions.
     let plain = trace("b.jsonl", &[("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-FMA,-AVX2,-AVX,-FMA4")]);
-    assert!(usual == plain, "without fused multiplication a run has other bits");
-    assert!(usual.contains("statusbar\":[\""), "the functions were called");
+    assert!(usual == plain, "the results differ without fused multiply-add");
+    assert!(usual.contains("statusbar\":[\""), "the script has printed nothing");
 }

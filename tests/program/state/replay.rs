@@ -7,7 +7,7 @@ use crate::{
     remote::jsonl::{Running, arena},
 };
 
-/// Creates a robot whose script draws random numbers, in a scene of several files.
+/// Creates a scene of several files with a robot whose script draws random numbers.
 fn of_many_files() -> Place {
     let place = Place::scene(&format!(
         "seed = 3\n{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\nscript = \"scripts/drive.lua\"\n\
@@ -37,8 +37,8 @@ fn a_log_needs_no_scene() {
     std::fs::copy(place.path().join("run.log"), other.path().join("run.log")).unwrap();
     other.tatu(&["run", "--replay", "run.log", "--trace", "t.jsonl", "--hashes"]).good();
     assert_eq!(other.read("t.jsonl"), place.read("t.jsonl"));
-    assert_eq!(other.lines("t.jsonl").len(), 50, "as many steps as the run did");
-    // Steps count from the start, and may be fewer or more than in the log.
+    assert_eq!(other.lines("t.jsonl").len(), 50, "the replay must have as many steps as the run");
+    // The number of steps is counted from the start, and can be lower or higher than that in the log.
     for steps in ["20", "60"] {
         let done = other.tatu(&["run", "--replay", "run.log", "--steps", steps, "--json"]).good();
         assert_eq!(done.json()["steps"].to_string(), steps);
@@ -74,7 +74,7 @@ fn a_pause_of_a_script_does_not_hold_a_replay() {
     let run = Running::start(&place, ",wait_for=1", &["--log", "run.log", "--trace", "t.jsonl"]);
     let mut client = run.client();
     client.ask(json!({ "stepping": false }));
-    // A start takes effect at the end of the turn; until then the run is paused.
+    // A start request takes effect at the end of the barrier. Until then the run is paused.
     let mut last = json!(0);
     for ask in ["start", "start", "start", "stop"] {
         last = loop {
@@ -107,7 +107,7 @@ fn the_log_of_a_killed_run_can_be_used() {
     // The run ends abruptly, as by SIGKILL.
     drop(run);
     let args = ["run", "--replay", "run.log", "--trace", "t.jsonl", "--watch", "/Pioneer_p3dx"];
-    place.tatu(&args).good().tells(&["ended from outside"]);
+    place.tatu(&args).good().tells(&["did not end normally"]);
     let lines = place.lines("t.jsonl");
     assert!(lines.len() >= 20);
     for (line, seen) in lines.iter().zip(&seen) {
@@ -141,8 +141,8 @@ fn damaged_logs_are_told() {
             _ => drop(done.good()),
         }
     }
-    replay(&whole[..header + 10]).good().tells(&["truncated"]);
-    // A line in the middle that is damaged, out of order, or of another kind.
+    replay(&whole[..header + 10]).good().tells(&["last line of the input log is incomplete"]);
+    // A line in the middle is damaged, out of order, or of an unknown kind.
     for line in ["{\"step\":0", "{}", "nonsense", "\u{0}", "{\"step\":0,\"at\":0,\"service\":\"x\",\"client\":1}"] {
         let bad = [lines[0], line.as_bytes(), b"\n", lines[1]].concat();
         replay(&bad).refused(&["E116", "bad.log", "damaged"]);
@@ -153,7 +153,7 @@ fn damaged_logs_are_told() {
     place.tatu(&["run", "--replay", "none.log"]).refused(&["E105", "none.log"]);
     place.run(&["--log", "no/such/folder/x.log"]).refused(&["E105", "no/such/folder/x.log"]);
 
-    // Another version of a plugin, and a missing one: reported, and the replay is attempted.
+    // A different version of a plugin and a missing plugin are reported, and the replay continues.
     let mut head: Value = serde_json::from_slice(lines[0]).unwrap();
     head["plugins"][0]["version"] = json!("99.0.0");
     head["plugins"].as_array_mut().unwrap().push(json!({ "id": "org.example.none", "version": "1.0.0" }));
@@ -179,7 +179,7 @@ fn a_difference_of_traces_names_step_object_and_fields() {
     run("same.jsonl", &["--hashes", "--watch", "crate", "--threads", "2"]);
     assert_eq!(diff("a.jsonl", "same.jsonl").good().out, "equal: 20 steps\n");
 
-    // The crate is placed a millimetre farther: this is the only difference, from the first step on.
+    // The crate is 1 mm farther away from the first step on, and nothing else differs.
     let moved = ["--set", "crate.position_m=[2.001, 0.0, 0.15]"];
     run("b.jsonl", &[&["--hashes", "--watch", "crate"], &moved[..]].concat());
     let done = diff("a.jsonl", "b.jsonl");
@@ -197,7 +197,7 @@ fn a_difference_of_traces_names_step_object_and_fields() {
     let done = diff("plain.jsonl", "plain_b.jsonl");
     assert!(done.code == 1 && done.out.contains("step 1 ") && done.out.contains("not watched"), "{}", done.out);
 
-    // A trace that ends earlier, and a file that is not a trace.
+    // One trace ends earlier; another file is not a trace.
     place.run(&["--steps", "5", "--trace", "short.jsonl"]).good();
     let done = diff("short.jsonl", "plain.jsonl");
     assert!(done.code == 1 && done.out.contains("5 steps; then short.jsonl ends"), "{}", done.out);
@@ -220,12 +220,12 @@ fn a_difference_begins_where_the_runs_part() {
     client.step(5);
     client.ask(json!({ "request": "stop" }));
     run.end().good();
-    // The same log with a velocity that differs in its last bit: the seventh step is the last equal one.
+    // In a copy of the log, one velocity differs in its last bit. The seventh step is the last with equal hashes.
     let log = place.read("run.log");
     assert!(log.contains("0.30000000000000004"));
     let other = sealed_anew(&log, |line| {
         let line = line.replace("0.30000000000000004", "0.3");
-        // The recorded run ended with another hash.
+        // Removes the recorded final hash, because that of the changed run is different.
         line.split_once(",\"hash\":").map_or(line.clone(), |(open, _)| open.to_owned())
     });
     place.write("other.log", &other);

@@ -1,4 +1,4 @@
-//! Tests of starting, stopping and starting again: a world as a program holds it, with the built libraries.
+//! Tests of starting, stopping and restarting a world, through the Rust interface and with the built plugins.
 
 use std::{path::Path, sync::Arc};
 
@@ -9,7 +9,7 @@ use tatu_core::{
 
 use crate::kit::*;
 
-/// Returns the plugins beside the built program.
+/// Loads the plugins next to the built program.
 pub fn registry() -> Arc<Registry> {
     let names = [
         "tatu_commands_vrep",
@@ -41,7 +41,7 @@ fn a_second_run_repeats_the_first() {
         hashes.push(world.hash());
         assert_ne!(world.observe("/Pioneer_p3dx").unwrap().pose, before.pose);
         world.stop();
-        assert_eq!(world.observe("/Pioneer_p3dx").unwrap(), before, "stop puts everything back");
+        assert_eq!(world.observe("/Pioneer_p3dx").unwrap(), before, "stopping must restore the initial state");
     }
     assert_eq!(hashes[0], hashes[1]);
     assert_eq!(hashes[0], hashes[2]);

@@ -1,6 +1,6 @@
-//! Tests of snapshots: a run that is written to a file and continues in a new process is the same run, step by step,
-//! bit by bit. State that cannot be written is restored by replay and named. Expected values: the trace of the
-//! uninterrupted run.
+//! Tests of snapshots: a run that is saved to a file and continued in a new process is bit-identical to the
+//! uninterrupted run in each step. State that cannot be saved is restored by a replay and reported. The expected values
+//! are those in the trace of the uninterrupted run.
 
 use std::fs;
 
@@ -11,8 +11,8 @@ use crate::{
     state::restart::{registry, world},
 };
 
-/// Runs the scene of a folder for ten seconds, again with a snapshot at `at` s, and again from the snapshot; all must
-/// be equal. Returns standard error of the resumed run.
+/// Runs the scene of a folder for ten seconds, then with a snapshot at `at` s, and then from the snapshot. All three
+/// must be equal. Returns standard error of the resumed run.
 #[track_caller]
 fn goes_on(place: &Place, at: f64, watch: &[&str], args: &[&str]) -> String {
     let trace = |name: &str, more: &[&str]| {
@@ -23,16 +23,16 @@ fn goes_on(place: &Place, at: f64, watch: &[&str], args: &[&str]) -> String {
     };
     let (whole, first) = trace("whole.jsonl", &[]);
     let (written, second) = trace("written.jsonl", &["--snapshot-at", &at.to_string(), "state"]);
-    assert!(whole == written, "writing a snapshot changes the run");
+    assert!(whole == written, "saving a snapshot changed the run");
     assert_eq!(first.out_without_clock(), second.out_without_clock());
     let (rest, third) = trace("rest.jsonl", &["--from", "state"]);
     let done = whole.len() - rest.len();
     let time = whole
         .get(done.wrapping_sub(1))
         .map_or(0.0, |l| serde_json::from_str::<serde_json::Value>(l).unwrap()["time"].as_f64().unwrap());
-    assert!((time - at).abs() < 0.051, "it goes on at {time} s");
+    assert!((time - at).abs() < 0.051, "the resumed run starts at {time} s");
     for (a, b) in whole[done..].iter().zip(&rest) {
-        assert!(a == b, "the run that goes on is another:\n{a}\n{b}");
+        assert!(a == b, "the resumed run differs:\n{a}\n{b}");
     }
     assert_eq!(first.out_without_clock(), third.out_without_clock());
     third.err
@@ -160,7 +160,7 @@ fn a_robot_that_has_fallen_stays_so() {
     let place = Place::scene(&format!("{FLOOR}{floor}{robot}"));
     restored(&goes_on(&place, 6.0, &["/Pioneer_p3dx"], &[]));
     let end = place.lines("whole.jsonl").pop().unwrap();
-    assert!(end.object::<3>("/Pioneer_p3dx", "position")[2] < 0.9, "it has left the ledge");
+    assert!(end.object::<3>("/Pioneer_p3dx", "position")[2] < 0.9, "the robot has not left the ledge");
 }
 
 #[test]
@@ -183,10 +183,10 @@ fn errors_of_before_are_remembered() {
     let whole = place.run(&["--seconds", "4", "--snapshot-at", "2", "state"]);
     let rest = place.run(&["--seconds", "4", "--from", "state"]);
     assert_eq!(whole.errors(), rest.errors());
-    assert!(!rest.err.contains("broken"), "it has been told: {}", rest.err);
+    assert!(!rest.err.contains("broken"), "the error was already reported before the snapshot: {}", rest.err);
 }
 
-/// Continues in a coroutine of its own.
+/// A script that continues in its own coroutine.
 const SUSPENDED: &str = "
 function sysCall_init()
     co = coroutine.create(function()
@@ -251,7 +251,7 @@ fn another_scene_is_refused() {
     let text = place.read("scene.toml");
     place.write("scene.toml", &text.replace("0.9", "0.8"));
     place.run(&["--from", "state"]).refused(&["E502", "a different scene"]);
-    // Neither the scene's folder nor its comments matter.
+    // The scene's folder and its comments have no effect.
     place.write("scene.toml", &format!("# a comment\n{text}"));
     place.run(&["--seconds", "1", "--from", "state"]).good();
 }
@@ -270,8 +270,8 @@ fn what_was_not_written_is_told() {
     }
 }
 
-/// A position target is reached after two steps: a snapshot taken after the first step continues the motion, but a new
-/// run does not continue that of the previous one.
+/// A position target is reached after two steps. A snapshot taken after the first step continues the motion, whereas a
+/// restarted run does not continue the motion of the previous run.
 #[test]
 fn targets_that_are_under_way_go_on() {
     let scene = format!(
@@ -298,7 +298,7 @@ fn targets_that_are_under_way_go_on() {
         hashes
     };
     let first = run();
-    assert_eq!(first, run(), "nothing is left of the run before");
+    assert_eq!(first, run(), "the second run depends on the first");
 }
 
 #[test]
@@ -313,21 +313,21 @@ fn worlds_of_one_process_restore_and_start_again() {
     assert!(snapshot.is_complete());
     let second = new();
     second.restore(&snapshot, false).unwrap();
-    // Both worlds exist at once and run in turns.
+    // Both worlds exist at the same time and are stepped alternately.
     for _ in 0..60 {
         assert_eq!(first.hash(), second.hash());
         steps(&first, 1);
         steps(&second, 1);
     }
-    assert_eq!(second.restore(&snapshot, false).unwrap_err().code, "E503", "it has run");
+    assert_eq!(second.restore(&snapshot, false).unwrap_err().code, "E503", "the world has already run");
     let end = first.hash();
     for w in [&first, &second] {
         w.stop();
         w.start();
         steps(w, 120);
-        assert_eq!(w.hash(), end, "a start after a stop is a start from 0");
+        assert_eq!(w.hash(), end, "a restarted run must equal the first");
         w.stop();
-        assert_eq!(w.snapshot().unwrap_err().code, "E503", "it does not run");
+        assert_eq!(w.snapshot().unwrap_err().code, "E503", "the world is not running");
     }
 }
 
@@ -353,7 +353,7 @@ fn what_is_missing_begins_anew_if_that_is_allowed() {
     }
     assert_eq!(whole.hash(), replayed.hash());
     let robot = |w: &tatu_core::World, path: &str| w.hash().subtree(path);
-    assert_eq!(robot(&whole, "/Pioneer_p3dx[0]"), robot(&partial, "/Pioneer_p3dx[0]"), "the other one does not notice");
-    assert_ne!(robot(&whole, "/Pioneer_p3dx[1]"), robot(&partial, "/Pioneer_p3dx[1]"), "this one has begun anew");
+    assert_eq!(robot(&whole, "/Pioneer_p3dx[0]"), robot(&partial, "/Pioneer_p3dx[0]"), "the other robot differs");
+    assert_ne!(robot(&whole, "/Pioneer_p3dx[1]"), robot(&partial, "/Pioneer_p3dx[1]"), "this robot must start over");
     assert_eq!(partial.faults(), []);
 }

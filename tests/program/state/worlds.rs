@@ -12,7 +12,7 @@ use tatu_core::{
 
 use crate::{kit::*, remote::jsonl::Client};
 
-/// Returns the plugins beside the built program.
+/// Loads the plugins next to the built program.
 fn registry() -> Arc<Registry> {
     let names = [
         "tatu_commands_vrep",
@@ -25,7 +25,7 @@ fn registry() -> Arc<Registry> {
     Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }
 
-/// Writes scenes with walls and robots that avoid them; each has its own heading, number of robots and seed.
+/// Writes `n` scenes with walls and robots that avoid them. Each scene has its own headings, number of robots and seed.
 fn arenas(place: &Place, n: u64) {
     place.write("avoid_walls.lua", &std::fs::read_to_string(root().join("scenes/first/avoid_walls.lua")).unwrap());
     for i in 0..n {
@@ -60,7 +60,7 @@ fn worlds_on_two_threads_do_as_each_does_alone() {
     let place = Place::new();
     arenas(&place, WORLDS);
     let registry = registry();
-    // All worlds of a thread take turns, so that their steps are interleaved; both threads run at once.
+    // Each of the two threads steps its worlds alternately, so their steps are interleaved.
     let thread_of = |which: u64| {
         let worlds: Vec<(u64, World)> = (0..WORLDS)
             .filter(|i| i % 2 == which)
@@ -78,7 +78,7 @@ fn worlds_on_two_threads_do_as_each_does_alone() {
         thread_of(0).into_iter().chain(other.join().unwrap()).collect()
     });
     let distinct: std::collections::BTreeSet<u64> = together.values().map(|h| h.total).collect();
-    assert_eq!(distinct.len() as u64, WORLDS, "every arena goes its own way");
+    assert_eq!(distinct.len() as u64, WORLDS, "two arenas have the same result");
     for (i, hash) in &together {
         let alone = World::new(document(&place, &format!("arena{i}.toml"), &registry), registry.clone()).unwrap();
         alone.start();
@@ -89,10 +89,10 @@ fn worlds_on_two_threads_do_as_each_does_alone() {
     }
 }
 
-/// Creates a session with the socket service; returns it with the port on which it listens.
+/// Creates a session with the `jsonl` service. Returns it with the port on which the service listens.
 fn session(registry: &Arc<Registry>, more: &str) -> (Session, u16) {
     let place = Place::scene(&watcher("nobody", ""));
-    // The port was free, but may have been taken since.
+    // Another program may have taken the port since it was found to be free, so this tries several times.
     for _ in 0..20 {
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let service = ServiceOverride::parse(&format!("jsonl:port={port}{more}")).unwrap();
@@ -116,7 +116,7 @@ fn a_service_outlives_a_world() {
     let place = Place::scene(&format!("{FLOOR}{}", cuboid("first", [0.1; 3], [0.0, 0.0, 3.0], "dynamic = true")));
     place.write("second.toml", &format!("format = 1\n{}", watcher("second", "")));
     let (session, port) = session(&registry, ",wait_for=1");
-    // The client keeps one connection during the lives of two worlds.
+    // The client keeps its connection while one world replaces another.
     let client = thread::spawn(move || {
         let mut client = Client::connect(port);
         client.stepping();
@@ -124,12 +124,12 @@ fn a_service_outlives_a_world() {
         assert_eq!(client.step(5), 5);
         assert!(client.ask(json!({ "call": "sim.getObject", "args": ["/second"] }))["error"].is_object());
         client.ask(json!({ "request": "stop" }));
-        // Between the worlds' lives it requests a start. The answer may come before the stop itself.
+        // When the first world has stopped, the client requests a start. Until then it polls the state.
         while client.ask(json!({ "state": true }))["state"] != "stopped" {}
         client.ask(json!({ "request": "start" }));
         assert_eq!(client.step(2), 2);
         client.ask(json!({ "request": "stop" }));
-        // From here on another world answers.
+        // Waits until the second world answers.
         while client.ask(json!({ "call": "sim.getObject", "args": ["/second"] }))["result"].is_null() {}
         let reached = client.step(3);
         client.ask(json!({ "request": "quit" }));
@@ -141,7 +141,7 @@ fn a_service_outlives_a_world() {
     until_asked(&first);
     assert_eq!(first.steps(), 5);
     first.stop();
-    assert!(session.wait_for_start(&first), "a service asked for a start");
+    assert!(session.wait_for_start(&first), "no service requested a start");
     first.start();
     until_asked(&first);
     assert_eq!(first.steps(), 2);
@@ -186,7 +186,7 @@ fn a_session_has_two_worlds_and_each_its_log() {
     for (world, document) in worlds.iter().zip(documents) {
         let log = world.input_log().records().to_vec();
         assert_eq!(log.iter().filter(|r| r.service == "jsonl").count(), 21, "{log:?}");
-        // A world is a function of its document and its log: the first half at once, then step by step.
+        // A world is a function of its document and its log. The first half is replayed at once, the rest step by step.
         let again = replay_to(document, registry.clone(), &log, world.steps() / 2).unwrap();
         assert_eq!(again.steps(), world.steps() / 2);
         while again.steps() < world.steps() {

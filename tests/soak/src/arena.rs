@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-/// Half of the arena's side, m.
+/// Half the side length of the arena, m.
 const HALF: f64 = 5.0;
-/// Least gap between boxes, to walls and to the robot's start, m.
+/// Minimum distance of boxes from each other, from walls and from the robot's start, m.
 const GAP: f64 = 1.0;
-/// Distance from the robot's base to its outermost part, m.
+/// Horizontal distance from the origin of the robot's base to its outermost part, m.
 const ROBOT: f64 = 0.35;
 
-/// SplitMix64 (Steele, Lea and Flood 2014): small, and identical on all platforms.
+/// The generator SplitMix64 (Steele, Lea and Flood 2014), which is small and gives the same values on all platforms.
 struct Random(u64);
 
 impl Random {
@@ -24,7 +24,7 @@ impl Random {
     }
 }
 
-/// Returns the scene; the robot starts in the middle, with a heading from the seed.
+/// Returns the scene. The robot starts in the middle; its heading is drawn from the seed.
 pub fn scene(seed: u64, script: &str, dialect: &str, robot: &str) -> String {
     let mut r = Random(seed);
     let mut out = format!(
@@ -40,7 +40,7 @@ pub fn scene(seed: u64, script: &str, dialect: &str, robot: &str) -> String {
     ] {
         shape(&mut out, name, &format!("size_m = {size:?}\nposition_m = {at:?}"));
     }
-    // Boxes are placed by their bounding circles: a gap between circles is a gap between boxes.
+    // A gap between the bounding circles of two boxes guarantees at least that gap between the boxes.
     let mut placed: Vec<(f64, f64, f64)> = vec![(0.0, 0.0, ROBOT)];
     while placed.len() < 9 {
         let (x, y, sx, sy, turn) = (

@@ -8,17 +8,17 @@ use crate::arena;
 
 /// The results of a run.
 pub struct Run {
-    /// Least path of the base in any whole minute, m.
+    /// Shortest path of the base in any full minute, m.
     pub least_path_m: f64,
     /// Longest uninterrupted contact with a single obstacle, s.
     pub longest_contact_s: f64,
-    /// Greatest roll or pitch of the base, degrees.
+    /// Largest tilt of the base's z axis from the vertical, degrees.
     pub greatest_tilt_deg: f64,
-    /// The number of errors reported.
+    /// Number of errors that the run reported.
     pub faults: usize,
 }
 
-/// Runs an arena.
+/// Runs one robot in the arena of a seed, and returns the measurements.
 pub fn run(
     registry: &Arc<Registry>,
     seed: u64,

@@ -1,7 +1,8 @@
 //! Runs long tests: `cargo run --release -p soak`. Prints a table; the exit code is 1 if a bound is exceeded.
 //!
-//! Avoidance: a Pioneer in an arena of 10 x 10 m with 8 boxes, every gap at least 1 m, boxes and start heading drawn
-//! from the seed; per seed: least path in a minute, longest contact, greatest roll and pitch.
+//! Each run puts a Pioneer into an arena of 10 x 10 m with 8 boxes and gaps of at least 1 m. The boxes and the heading
+//! at the start are drawn from the seed. The table shows, per seed, the shortest path in a minute, the longest contact,
+//! and the largest tilt.
 
 mod arena;
 mod avoidance;
@@ -15,24 +16,24 @@ use tatu_core::plugins::{Registry, Search};
 /// Long runs of Tatu.
 #[derive(Parser)]
 struct Args {
-    /// Seeds to run, from 1.
+    /// Number of seeds to run, starting with seed 1.
     #[arg(long, default_value_t = 10)]
     seeds: u64,
-    /// Simulated minutes per seed.
+    /// Simulated time per seed, in minutes.
     #[arg(long, default_value_t = 10)]
     minutes: u32,
-    /// The controller to test.
+    /// File of the controller to test.
     #[arg(long, default_value = "scenes/first/avoid_walls.lua")]
     script: PathBuf,
-    /// The controller's dialect; if empty, it is detected from the text.
+    /// Dialect of the controller; if empty, it is detected from the script's text.
     #[arg(long, default_value = "")]
     dialect: String,
-    /// Parameters of the robot, as lines of its table in the scene.
+    /// Parameters of the robot, as lines of TOML for its table in the scene.
     #[arg(long, default_value = "")]
     robot: String,
 }
 
-/// Libraries of the plugins that this program's manifest lists.
+/// The libraries of the plugins listed in this program's manifest.
 const PLUGINS: &[&str] =
     &["tatu_commands_vrep", "tatu_scripts_lua", "tatu_sensors_proximity", "tatu_models_folder", "tatu_importers_mesh"];
 

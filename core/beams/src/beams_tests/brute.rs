@@ -1,4 +1,4 @@
-//! Reference implementation of volume beams: finds the nearest point that counts by dense sampling and local search.
+//! Reference implementation of volume beams: finds the nearest admissible point by dense sampling and local search.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::Form;
@@ -75,7 +75,7 @@ fn ball(z: f64, radius: f64, low: f64, high: f64) -> Patch {
     })
 }
 
-/// Returns whether a point with a normal, both in the beam's frame, counts; `slack` widens every limit.
+/// Returns whether a point with a normal, both in the beam's frame, is admissible; `slack` widens every limit.
 pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f64) -> bool {
     let distance = point.coords.norm();
     let (x, y, z) = (point.x, point.y, point.z);

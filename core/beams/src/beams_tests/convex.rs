@@ -1,4 +1,4 @@
-//! Tests of pyramids, cylinders and flat sectors: closed-form solutions, and the nearest of many points that count.
+//! Tests of pyramids, cylinders and flat sectors against closed-form solutions and dense sampling.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -35,7 +35,7 @@ fn ten_thousand_triangles_are_met_at_their_nearest_point() {
             assert!((point - a).dot(&normal.normalize()).abs() < 1e-9);
         }
     }
-    // The comparison must be meaningful: many hits, and the sampling must confirm nearly all of them.
+    // The comparison is meaningful only if there are many hits, and the sampling confirms nearly all of them.
     assert!(hits > 2500 && sharp * 100 > hits * 90, "{hits} hits, {sharp} confirmed within 0.1 mm");
 }
 

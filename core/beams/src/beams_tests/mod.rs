@@ -79,7 +79,7 @@ fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
     }
 }
 
-/// Returns roughly how far a point is outside a solid form; 0 on its surface.
+/// Returns the approximate distance of a point outside a solid form from its surface.
 fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
     let radial = p.xy().coords.norm();
     match form {
@@ -97,7 +97,7 @@ fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
     }
 }
 
-/// Checks that a hit counts, and that no sampled point that counts is nearer, so that it is the minimum.
+/// Checks that a hit is admissible, and that no admissible sampled point is nearer, so that the hit is the minimum.
 ///
 /// The tolerance covers rounding of angles in the sampling; an incorrect candidate has a much larger error. Returns
 /// whether something was hit, and whether the sampling came within 0.1 mm of it.

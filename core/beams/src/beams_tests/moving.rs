@@ -106,7 +106,7 @@ fn what_has_no_place_or_size_is_not_seen_and_hides_nothing() {
         let from = dice.pose(3.0);
         assert_eq!(distances(&scene, &bundle, from), distances(&mixed, &bundle, from));
     }
-    // A sensor with an invalid pose sees nothing.
+    // A sensor with an invalid pose detects nothing.
     assert!(distances(&scene, &bundle, lost).iter().all(|d| f64::from_bits(*d) == f64::INFINITY));
     assert!(distances(&scene, &bundle, turned).iter().all(|d| f64::from_bits(*d) == f64::INFINITY));
 }

@@ -31,7 +31,7 @@ pub(super) fn part(scene: &BeamScene, level: Level, cast: &BundleCast<'_>, index
     finish::finish(scene, cast, part, &seen, hits);
 }
 
-/// The inputs for visiting a target.
+/// The inputs shared by the visits of all targets.
 struct Walk<'a> {
     scene: &'a BeamScene,
     cast: &'a BundleCast<'a>,
@@ -41,7 +41,7 @@ struct Walk<'a> {
     origin: Vector3<f64>,
 }
 
-/// A target's bounding ball as seen from the sensor, to be tested against many cones at once.
+/// The bounding ball of a target relative to the sensor, prepared for tests against many cones at once.
 struct Disc {
     centre: [f32; 3],
     /// Cosine and sine of the angle between the centre and the rim, times the distance of the centre.
@@ -64,7 +64,7 @@ impl Disc {
         Self { centre: short(centre), cos, sin, slack: away as f32 * 2e-6, bound }
     }
 
-    /// Returns the cones that may contain a part of the ball that is nearer than the hits so far.
+    /// Returns the lanes of cones that may contain a part of the ball nearer than the hits so far.
     #[inline(always)]
     fn seen_by<S: Simd>(&self, simd: S, cones: &Cones, far: &Lanes) -> u64 {
         let axis = V { x: cones.x.load(simd), y: cones.y.load(simd), z: cones.z.load(simd) };
@@ -119,7 +119,7 @@ impl Walk<'_> {
         f64::from(seen.group_far.load(simd).reduce_max()) * (1.0 + 1e-5) + 1e-5
     }
 
-    /// Tests a finite target against all packets that may see it; returns whether it was hit.
+    /// Tests a bounded target against all packets whose rays may hit it; returns whether it was hit.
     #[inline(always)]
     fn visit<S: Simd>(&self, simd: S, index: u32, seen: &mut Seen) -> bool {
         let (centre, radius) = self.scene.balls[index as usize];
@@ -285,7 +285,7 @@ impl Meet<'_> {
             |d, best| {
                 let (span, more) = form.span(simd, d);
                 let mut any = false;
-                // Test the entry points first; then, for rays whose entry does not count, the exit points.
+                // Test the entry points first, and then, for rays whose entry point is not admissible, the exit points.
                 let (mut t, mut leaving) = (span.enter, M::splat(simd, false));
                 let mut open = span.valid;
                 for end in 0..2 {
@@ -354,8 +354,8 @@ impl Meet<'_> {
         true
     }
 
-    /// Returns whether this target's primitive has priority over another hit at the same distance: by object, primitive
-    /// and index.
+    /// Returns whether a hit of this target has priority over another hit at the same distance. Hits are compared by
+    /// object, then by primitive, then by index of the target; the lowest value has priority.
     fn before(&self, primitive: u32, other: u32, other_primitive: u32) -> bool {
         let targets = &self.walk.scene.targets;
         other == NONE || {

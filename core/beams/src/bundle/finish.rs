@@ -85,7 +85,7 @@ fn again(
     };
     let mut sight = sight.in_form(&target.world_from_target, f64::INFINITY);
     let slack = 0.01 * (1.0 + rough);
-    // The near end of an interval inside a solid may be too close to count.
+    // Exclude crossings nearer than the 32-bit result, such as an inadmissible point at which the ray enters a solid.
     sight.near = (rough - slack).max(0.0);
     let exact = match &target.form {
         Form::Mesh { mesh, .. } => triangle(mesh, primitive as usize).map(|t| {

@@ -1,7 +1,8 @@
-//! 16 rays against each analytic form, in the form's frame.
+//! Intersection of 16 rays with each analytic form, in the form's frame.
 //!
-//! A ray is inside a convex solid over one interval: it enters through a front face and leaves through a back face. A
-//! form reports only this interval and, on request, which part of the surface is hit at its ends and at what angle.
+//! A ray is inside a convex solid over a single interval: it enters through a front face and leaves through a back
+//! face. A form returns only this interval and, on request, which part of the surface is hit at its ends and at what
+//! angle.
 
 use fearless_simd::prelude::*;
 
@@ -13,7 +14,7 @@ use crate::simd::{greatest, least};
 pub(super) struct Span<S: Simd> {
     pub enter: F<S>,
     pub leave: F<S>,
-    /// Rays whose line meets the solid, even behind their origin.
+    /// Rays whose line intersects the solid, possibly behind the origin.
     pub valid: M<S>,
 }
 
@@ -92,7 +93,7 @@ impl<S: Simd> Shape<S> for Cuboid {
         let across_y = t.simd_eq(leaving.select(y1, y0));
         let along = across_x.select(d.x, across_y.select(d.y, d.z));
         let low = across_x.select(U::splat(simd, 0), across_y.select(U::splat(simd, 2), U::splat(simd, 4)));
-        // A ray in the positive direction enters through the lower side and leaves through the upper one.
+        // A ray with a positive component enters through the lower side and leaves through the upper side.
         let upper = along.simd_gt(splat(simd, 0.0)).simd_eq(leaving);
         (signed(leaving, along.abs()), upper.select(low + U::splat(simd, 1), low))
     }
@@ -153,7 +154,7 @@ impl Drum {
         let cross = d.y * x - d.x * y;
         let root = (a * (self.radius * self.radius) - cross * cross).sqrt();
         let scale = splat(simd, 1.0) / a;
-        // A ray parallel to the axis is either always inside or never.
+        // A ray parallel to the axis is inside either everywhere or nowhere.
         let along = a.simd_lt(splat(simd, 1e-12));
         let far = splat(simd, if self.within { 1e30 } else { f32::NAN });
         (along.select(-far, (-b - root) * scale), along.select(far, (root - b) * scale), root)
@@ -200,7 +201,7 @@ impl<S: Simd> Shape<S> for Pill {
         let (drum, [_, _, root]) = Shape::<S>::span(&self.drum, simd, d);
         let (up, up_half) = Shape::<S>::span(&self.balls[0], simd, d);
         let (down, down_half) = Shape::<S>::span(&self.balls[1], simd, d);
-        // The solid is convex, so the intervals of its parts form one.
+        // The solid is convex, so the union of the intervals of its parts is a single interval.
         let (never, always) = (splat(simd, f32::INFINITY), splat(simd, f32::NEG_INFINITY));
         let (u0, u1) = (up.valid.select(up.enter, never), up.valid.select(up.leave, always));
         let (d0, d1) = (down.valid.select(down.enter, never), down.valid.select(down.leave, always));

@@ -1,4 +1,4 @@
-//! 16 adjacent values, with operations that give the same bits at all SIMD levels.
+//! Vectors of 16 values, with operations whose results are bit-identical at all SIMD levels.
 
 use fearless_simd::{f32x16, mask32x16, prelude::*, u32x16};
 use nalgebra::{Matrix3, Vector3};
@@ -9,7 +9,7 @@ pub(super) type F<S> = f32x16<S>;
 pub(super) type M<S> = mask32x16<S>;
 pub(super) type U<S> = u32x16<S>;
 
-/// Minimum magnitude of a direction's components, to avoid division by zero.
+/// Minimum magnitude of the components of a direction; smaller ones are replaced, to avoid division by zero.
 const TINY: f32 = 1e-20;
 
 /// 16 vectors.
@@ -63,7 +63,8 @@ pub(super) fn splat<S: Simd>(simd: S, value: f32) -> F<S> {
     F::splat(simd, value)
 }
 
-/// Returns the inverses; those of components near zero are finite, but large enough to act as infinity.
+/// Returns the reciprocals of the components. For components near zero they are finite, but large enough to act as
+/// infinity.
 #[inline(always)]
 pub(super) fn inverse<S: Simd>(simd: S, d: F<S>) -> F<S> {
     let tiny = splat(simd, TINY);

@@ -1,4 +1,4 @@
-//! 16 rays against a mesh: a copy of its tree with 32-bit coordinates relative to the mesh's centre.
+//! Intersection of 16 rays with a mesh, using a copy of its tree with 32-bit coordinates relative to the mesh's centre.
 
 use arrayvec::ArrayVec;
 use fearless_simd::prelude::*;
@@ -60,7 +60,7 @@ pub(super) struct Met<S: Simd> {
 }
 
 impl PacketTree {
-    /// Builds the tree for triangles that are in the order of the leaves of `tree`.
+    /// Copies a tree and its triangles, which must be in the order of the leaves of `tree`.
     pub fn new(aabb: &Aabb, tree: &Tree, triangles: &[Triangle]) -> Self {
         if triangles.is_empty() {
             return Self { centre: Vector3::zeros(), radius: 0.0, nodes: Vec::new(), triangles: Vec::new() };
@@ -96,14 +96,15 @@ impl PacketTree {
         }
     }
 
-    /// Prepares an origin in the mesh's frame.
+    /// Prepares the origin of rays, given in the mesh's frame.
     pub(super) fn eye(&self, origin: &Vector3<f64>) -> Eye {
         let origin = origin - self.centre;
         let size = (origin.norm() + self.radius) as f32;
         Eye { origin: short(&origin), slack: size * 1e-6 + 1e-9, size }
     }
 
-    /// Returns the nearest hits that count, up to distance `far`; among equal ones, the lowest primitive.
+    /// Returns the nearest admissible hits up to distance `far`; among hits at the same distance, that with the lowest
+    /// primitive.
     #[inline(always)]
     pub(super) fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, far: F<S>) -> Met<S> {
         let no = M::splat(simd, false);
@@ -114,7 +115,7 @@ impl PacketTree {
         let inverse = V { x: inverse(simd, d.x), y: inverse(simd, d.y), z: inverse(simd, d.z) };
         let near = splat(simd, limits.near);
         let mut farthest = far.reduce_max();
-        // Nodes to visit, the nearest on top: lower bound of the distance, first, count.
+        // Nodes to visit, as lower bound of the distance, first and count, with the nearest one on top.
         let mut stack = ArrayVec::<(f32, u32, u32), STACK>::new();
         stack.push((0.0, 0, 0));
         while let Some((bound, first, count)) = stack.pop() {
@@ -173,8 +174,8 @@ impl Node {
 }
 
 impl Flat {
-    /// Tests 16 rays. Neighbouring triangles compute the sign for a shared edge from the same values, so no ray slips
-    /// between them.
+    /// Tests 16 rays against a triangle. Neighbouring triangles compute the sign for a shared edge from the same
+    /// values, so no ray can pass between them.
     #[inline(always)]
     fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, near: F<S>, met: &mut Met<S>) -> bool {
         let [a, b, c] = &self.corners;

@@ -1,9 +1,9 @@
-//! Bundles of rays with a common origin, cast many at a time.
+//! Bundles of rays with a common origin, many of which are cast at a time.
 //!
-//! The rays are stored in packets of 16, which fit in the processor's wide registers. Targets are visited one by one,
-//! near ones first: a target's bounding sphere is compared with the cones around 16 packets at once, and only packets
-//! that may hit it, and have no nearer hit, are tested against its form. Computations use 32-bit floats in the frame
-//! of the target, whose pose relative to the sensor is computed in 64 bits. A distance with a relevant error, on
+//! The rays are stored in packets of 16, which fit into the processor's wide registers. Targets are visited one by one,
+//! near ones first. A target's bounding sphere is compared with the cones around 16 packets at once, and only packets
+//! that may hit it and have no nearer hit are tested against its form. Computations use 32-bit floats in the frame of
+//! the target, whose pose relative to the sensor is computed in 64 bits. A distance whose error is relevant, as on
 //! surfaces at grazing angles, is recomputed in 64 bits.
 //!
 //! - `query`: queries and their results;
@@ -67,7 +67,7 @@ impl BeamScene {
         }
     }
 
-    /// Like `cast_bundle`, but with registers of the given level.
+    /// Like `cast_bundle`, but at the given SIMD level.
     pub(super) fn cast_bundle_at(&self, level: fearless_simd::Level, cast: &BundleCast<'_>, hits: BundleHits<'_>) {
         hits.check(cast.bundle.len());
         let mut rest = hits;

@@ -98,7 +98,8 @@ impl PacketGroup {
         let given: Vec<u16> = (0..directions.len() as u16).collect();
         let mut sorted = given.clone();
         sort(&mut sorted, directions);
-        // The given order is used if it is good, since most scanners list adjacent rays consecutively.
+        // The given order is retained if its packets are narrow enough, since most scanners list adjacent rays
+        // consecutively.
         let width = |order: &[u16]| order.chunks(LANES).map(|p| 1.0 - Cone::around(p, directions).cos).sum::<f64>();
         let mut order = if width(&given) <= 1.1 * width(&sorted) { given } else { sorted };
         let rays = order.len();
@@ -126,7 +127,8 @@ impl PacketGroup {
     }
 }
 
-/// Sorts rays so that close ones are consecutive: halves them along the widest axis, down to packets.
+/// Sorts rays such that rays with similar directions are consecutive, by recursively halving the set along its widest
+/// axis down to packets.
 fn sort(rays: &mut [u16], directions: &[Vector3<f64>]) {
     if rays.len() <= LANES {
         return;
@@ -171,7 +173,8 @@ impl Cones {
             lanes.0.iter_mut().zip(cones).for_each(|(lane, cone)| *lane = of(cone) as f32);
             lanes
         };
-        // A cone wider than a half space may contain any target. With a zero axis, the test always passes.
+        // A cone wider than a half-space may contain any target, so its axis is set to zero, with which the test always
+        // passes.
         Self {
             x: lane(|c| if c.cos > 0.0 { c.axis.x } else { 0.0 }),
             y: lane(|c| if c.cos > 0.0 { c.axis.y } else { 0.0 }),

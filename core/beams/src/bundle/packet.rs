@@ -9,7 +9,7 @@ use super::{
     query::BundleCast,
 };
 
-/// Denotes that there is no target.
+/// Index that stands for "no target".
 pub(super) const NONE: u32 = u32::MAX;
 
 /// The nearest hits of a packet so far.
@@ -17,7 +17,7 @@ pub(super) const NONE: u32 = u32::MAX;
 #[repr(C, align(64))]
 pub(super) struct Best {
     pub t: Lanes,
-    /// Difference between the cosine of the incidence and the lowest one at which 32 bits suffice; negative if the
+    /// Difference between the cosine of the incidence and the lowest cosine at which 32 bits suffice; negative if the
     /// distance must be recomputed in 64 bits.
     pub margin: Lanes,
     pub target: [u32; LANES],
@@ -55,7 +55,7 @@ pub(super) struct Limits {
     pub cos: f32,
     pub front: bool,
     pub back: bool,
-    /// Whether both sides are visible at any incidence.
+    /// Whether both sides of surfaces are detected at any incidence.
     pub all: bool,
 }
 
@@ -68,7 +68,7 @@ impl Limits {
         let ordered = near <= cast.far && (front || back);
         ordered.then(|| Self {
             near: near as f32,
-            // Nothing is this far away, and products with it do not overflow.
+            // 1e15 m exceeds all relevant distances, and products with it do not overflow.
             far: cast.far.min(1e15) as f32,
             cos: cos as f32,
             front,
@@ -77,7 +77,7 @@ impl Limits {
         })
     }
 
-    /// Returns the hits that count, given the slope: the cosine between ray and outward normal.
+    /// Returns the lanes whose hits are admissible; `slope` is the cosine between ray and outward normal.
     #[inline(always)]
     pub fn shows<S: Simd>(&self, simd: S, slope: F<S>) -> M<S> {
         let zero = splat(simd, 0.0);

@@ -19,13 +19,13 @@ pub struct BundleCast<'a> {
     pub near: f64,
     /// Maximum distance, m.
     pub far: f64,
-    /// Maximum angle between surface normal and ray, rad; pi/2 or more is no limit.
+    /// Maximum angle between surface normal and ray, rad; pi/2 or more means no limit.
     pub max_incidence: f64,
-    /// Sides of surfaces that count.
+    /// Sides of surfaces that are detected.
     pub faces: Faces,
-    /// A group of targets that is ignored.
+    /// Group of targets to ignore, such as the model that carries the sensor.
     pub skip_group: Option<u32>,
-    /// If set, only this object is considered; other objects neither count nor occlude it.
+    /// If set, only this object is considered; other objects are neither detected nor occlude it.
     pub only_object: Option<u64>,
 }
 
@@ -46,8 +46,8 @@ pub struct BundleHits<'a> {
 }
 
 impl<'a> BundleCast<'a> {
-    /// Creates a query for all rays of a bundle with a range of `far` m, for which both sides count, without other
-    /// limits.
+    /// Creates a query for all rays of a bundle with a range of `far` m, which detects both sides of surfaces at any
+    /// incidence.
     pub fn new(bundle: &'a RayBundle, world_from_sensor: Isometry3<f64>, far: f64) -> Self {
         Self {
             bundle,

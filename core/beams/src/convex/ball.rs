@@ -1,9 +1,11 @@
 //! The nearest point of a sphere, or of the hemisphere that caps a capsule, in a convex volume.
 //!
 //! Points of a sphere at the same distance from the origin form a circle around the line to its centre, and every limit
-//! except the volume is a limit on that distance. So the nearest point that counts is somewhere on the circle at an end
-//! of one of these limits; or on a plane of the volume, at the nearest or farthest point of the circle in which it cuts
-//! the sphere; or where two planes and the sphere meet.
+//! except the volume is a limit on that distance. The nearest admissible point is therefore in one of these places:
+//!
+//! - on the circle at the distance of one of these limits;
+//! - on a plane of the volume, at the nearest or farthest point of the circle in which the plane cuts the sphere;
+//! - at an intersection of two planes and the sphere.
 
 use arrayvec::ArrayVec;
 use nalgebra::Vector3;
@@ -11,14 +13,14 @@ use nalgebra::Vector3;
 use super::{Convex, Half, TOUCH};
 use crate::planar::any_perpendicular;
 
-/// Tolerance for conditions that a candidate meets exactly except for rounding.
+/// Tolerance for conditions that a candidate satisfies exactly, except for rounding.
 const SLACK: f64 = 1e-11;
 /// Maximum number of planes that approximate a round side.
 const CUTS: usize = 40;
 
 type Planes = ArrayVec<Half, { 6 + 1 + CUTS }>;
 
-/// Returns the nearest point of a sphere that counts; `centre` is relative to the origin. With `half`, only the
+/// Returns the nearest admissible point of a sphere; `centre` is relative to the origin. With `half`, only the
 /// hemisphere on that side is considered.
 pub(super) fn sphere(
     space: &Convex,
@@ -42,7 +44,7 @@ pub(super) fn sphere(
     }
 }
 
-/// A sphere in relation to the origin.
+/// A sphere, with quantities relative to the origin.
 struct View<'a> {
     space: &'a Convex,
     centre: Vector3<f64>,
@@ -58,8 +60,8 @@ struct View<'a> {
 
 impl<'a> View<'a> {
     fn new(space: &'a Convex, centre: &Vector3<f64>, radius: f64) -> Self {
-        // From its exact centre, a sphere is equally far in all directions; a negligible displacement avoids the
-        // special case.
+        // At the centre of a sphere, all its points are equally far away. A negligible displacement avoids this special
+        // case.
         let least = 1e-10 * radius;
         let centre = if centre.norm() < least { space.sight.axis * least } else { *centre };
         let away = centre.norm();
@@ -155,7 +157,7 @@ impl<'a> View<'a> {
         if inside(&start) {
             return Some(start);
         }
-        // The arcs behind the planes begin and end where the circle crosses a plane, unless the whole circle is behind
+        // The arcs behind all planes start and end where the circle crosses a plane, unless the whole circle is behind
         // them.
         for plane in planes {
             let (x, y) = (plane.normal.dot(&self.beside[0]), plane.normal.dot(&self.beside[1]));

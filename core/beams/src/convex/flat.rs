@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 use super::{Convex, Half, TOUCH};
 use crate::planar::any_perpendicular;
 
-/// Number of cuts after which the remaining error is within rounding.
+/// Maximum number of cuts, after which the remaining error is within rounding.
 const CUTS: usize = 56;
 /// Maximum number of corners of a face after all cuts.
 const CORNERS: usize = 4 + 6 + CUTS + 2;
@@ -18,8 +18,8 @@ pub(crate) struct Rim {
     pub radius: f64,
 }
 
-/// Returns the nearest point that counts of a convex polygon, or of the disc in it that `rim` bounds; the corners are
-/// relative to the origin, counter-clockwise around `normal`.
+/// Returns the nearest admissible point of a convex polygon or, if `rim` is given, of the disc in it that `rim` bounds.
+/// The corners are relative to the origin, counter-clockwise around `normal`.
 pub(crate) fn flat(
     space: &Convex,
     corners: &[Vector3<f64>],
@@ -36,7 +36,7 @@ pub(crate) fn flat(
     for plane in &space.planes {
         face.clip(plane);
     }
-    // Repeatedly takes the nearest point of a polygon that contains the region; a point outside the region is cut off.
+    // The polygon contains the region. While its nearest point is outside the region, that point is cut off.
     let mut point = face.nearest()?;
     for _ in 0..CUTS {
         let place = face.place(&point);
@@ -55,7 +55,7 @@ pub(crate) fn flat(
     if distance >= sight.near {
         return Some((distance, place));
     }
-    // The region is convex: if part of it is beyond the near limit, some point of it is on the limit.
+    // The region is convex, so if a part of it is beyond the near limit, a point of it is on the limit.
     for _ in 0..CUTS {
         let far = face.corners.iter().copied().max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))?;
         let place = face.place(&far);

@@ -1,9 +1,9 @@
-//! Convex volumes (pyramids, cylinders and flat sectors) against every form.
+//! Intersection of convex volumes (pyramids, cylinders and flat sectors) with every form.
 //!
 //! A volume is the intersection of half-spaces and, in some cases, of a round side. The nearest point of a flat face in
-//! the volume is found by clipping the face. A round side is approximated from outside by tangent planes at the points
-//! that turn out to be outside, so each step's distance is a lower bound and the final point is in the volume. Spheres
-//! have a separate closed form, and the sides of cylinders use a search over one angle.
+//! the volume is found by clipping the face. A round side is approximated from outside by tangent planes, which are
+//! added where a nearest point turns out to be outside. The distance in each step is therefore a lower bound, and the
+//! final point is in the volume. Spheres have a closed form, and the sides of cylinders are searched over one angle.
 
 mod ball;
 mod flat;
@@ -18,7 +18,7 @@ use super::{aabb::SLACK, beam::Volume, sight::Sight};
 pub(super) use flat::flat;
 pub(super) use solid::cast;
 
-/// Maximum distance outside a round side at which a point still counts as inside, in metres.
+/// Maximum distance outside a round side at which a point is still treated as inside, in metres.
 const TOUCH: f64 = 1e-11;
 
 /// A half-space: `normal . p <= height`.
@@ -83,15 +83,16 @@ pub(super) fn pieces(volume: &Volume) -> usize {
 fn arcs(angle: f64, gap: f64) -> (usize, usize) {
     let sides = if gap > 0.0 { 2 } else { 1 };
     let width = (angle - gap.max(0.0)).max(0.0) / sides as f64;
-    // At most a full turn. A NaN angle gives one piece, in which nothing is found.
+    // The angle is at most a full turn. A NaN angle results in one piece, in which nothing is found.
     (((width / WIDEST).ceil() as usize).clamp(1, 4), sides)
 }
 
 impl Convex {
     /// Returns one piece of a volume, in the frame of the beam, or `None` if it is empty or its sizes are invalid.
     ///
-    /// It is never inlined: otherwise the compiler hoists part of it above the match on the volume. A ray would then
-    /// compute with fields of other variants, mostly denormal numbers, which would take a fifth of its time.
+    /// This function must not be inlined, because the compiler would hoist a part of it above the match on the volume.
+    /// For rays it would then compute with the bytes of other variants, mostly denormal numbers, which takes a fifth of
+    /// the time of a cast.
     #[inline(never)]
     pub fn new(sight: &Sight, volume: &Volume, piece: usize) -> Option<Self> {
         let (near, far) = (sight.near, sight.far);
@@ -101,7 +102,7 @@ impl Convex {
         };
         let ends = [half(0.0, 0.0, 1.0, far), half(0.0, 0.0, -1.0, -near)];
         let flat_ends = Sight { near: 0.0, far: f64::INFINITY, ..*sight };
-        // Growth of a half size per metre, and its value at the origin.
+        // Returns the growth of a half size per metre, and its value at the origin.
         let line = |at_near: f64, at_far: f64| {
             let rise = (at_far - at_near) / (far - near);
             (rise, at_near - rise * near)
@@ -164,7 +165,7 @@ impl Convex {
         }
     }
 
-    /// Returns the volume rotated, for example from the frame of the beam into that of the world.
+    /// Returns the rotated volume, for example from the frame of the beam to that of the world.
     pub fn turned(&self, turn: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Self {
         let mut out = self.clone();
         for plane in &mut out.planes {
@@ -196,7 +197,8 @@ impl Convex {
         out
     }
 
-    /// Returns a plane that has the volume behind it and the point more than `slack` in front of it, if there is one.
+    /// Returns a plane behind which the whole volume lies and in front of which the point lies by more than `slack`, if
+    /// there is one.
     pub fn cut(&self, p: &Vector3<f64>, slack: f64) -> Option<Half> {
         let side = self.side.map(|side| side.touching(p));
         let planes = self.planes.iter().copied().chain(side);

@@ -1,4 +1,4 @@
-//! A convex volume against each closed form.
+//! Intersection of a convex volume with each form other than meshes.
 
 use nalgebra::Vector3;
 use tatu_geometry::Form;
@@ -15,13 +15,13 @@ use crate::{
     solid::{face, unit},
 };
 
-/// Returns the nearest point that counts on a form other than a mesh; the volume is given in the frame of the form.
+/// Returns the nearest admissible point of a form other than a mesh; the volume is given in the frame of the form.
 pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {
     let origin = space.sight.origin.coords;
     match form {
         Form::Plane => {
             let normal = Vector3::z();
-            // A square that contains every point of the plane that may be in the volume.
+            // The half size of a square that contains all points of the plane that may be in the volume.
             let size = 2.0 * space.size.min(1e6) + 1.0;
             let foot = normal * -origin.z;
             let (u, v) = (Vector3::x() * size, Vector3::y() * size);
@@ -72,7 +72,7 @@ pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {
     }
 }
 
-/// Returns the nearest point of a disc that counts.
+/// Returns the nearest admissible point of a disc.
 fn disc(space: &Convex, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64) -> Option<(f64, Vector3<f64>)> {
     if radius.is_nan() || radius < 0.0 {
         return None;

@@ -1,5 +1,6 @@
-//! The curved side of a cylinder or capsule in a convex volume: a branch-and-bound search over one angle, as for a cone
-//! (see `cylinder`). Intervals are dropped only if their lower bound is above the best point so far.
+//! The nearest point of the curved side of a cylinder or capsule in a convex volume, by a branch-and-bound search over
+//! one angle, as for a cone (see `cylinder`). Intervals are dropped only if their lower bound exceeds the distance of
+//! the best point so far.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -10,7 +11,7 @@ use crate::{beam::Faces, planar::quadratic};
 
 /// Maximum excess over the true minimum distance, in metres.
 const TOLERANCE: f64 = 2e-10;
-/// Maximum number of intervals per level; a larger number means that a whole stretch is equally near.
+/// Maximum number of intervals per level; more intervals remain only if a whole range of angles is equally near.
 const WIDEST: usize = 128;
 /// Maximum number of halvings, after which the samples are closer than rounding.
 const DEEPEST: usize = 44;
@@ -26,7 +27,7 @@ pub(super) struct Side<'a> {
 pub(super) type OnSide = (f64, Vector3<f64>, Vector3<f64>);
 
 impl Side<'_> {
-    /// Returns the nearest point that counts.
+    /// Returns the nearest admissible point.
     pub fn nearest(&self) -> Option<OnSide> {
         let sight = &self.space.sight;
         let origin = sight.origin.coords;
@@ -68,7 +69,7 @@ impl Side<'_> {
         best
     }
 
-    /// Offers the nearest point on the straight line along the surface at one angle.
+    /// Updates `best` with the nearest admissible point on the straight line along the surface at one angle.
     fn sample(&self, angle: f64, best: &mut Option<OnSide>) {
         let sight = &self.space.sight;
         let normal = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
@@ -82,8 +83,8 @@ impl Side<'_> {
         }
     }
 
-    /// Returns a lower bound of the distance of all points that count within `half_width` of an angle, or `None` if no
-    /// point counts.
+    /// Returns a lower bound of the distance of all admissible points within `half_width` of an angle, or `None` if
+    /// there are none.
     fn bound(&self, middle: f64, half_width: f64) -> Option<f64> {
         let sight = &self.space.sight;
         // The strip lies halfway between the chord and the tangent of its arc.
@@ -115,8 +116,8 @@ impl Side<'_> {
     }
 }
 
-/// Returns the nearest point in the volume of the line segment from `start` along `way`, from the near limit to
-/// `reach`.
+/// Returns the nearest point in the volume on the line segment from `start` to `start + way`, at a distance from the
+/// near limit to `reach`.
 fn segment(space: &Convex, start: &Vector3<f64>, way: &Vector3<f64>, reach: f64) -> Option<(f64, Vector3<f64>)> {
     let (mut low, mut high) = (0.0, 1.0);
     for plane in &space.planes {
@@ -137,7 +138,7 @@ fn segment(space: &Convex, start: &Vector3<f64>, way: &Vector3<f64>, reach: f64)
         let (r0, r1) = (side.radius + side.rise * a0, side.rise * a1);
         let (a, b, c) = (c1.norm_squared() - r1 * r1, 2.0 * (c0.dot(&c1) - r0 * r1), c0.norm_squared() - r0 * r0);
         let inside = |t: f64| (c0 + c1 * t).norm() <= r0 + r1 * t + 1e-12;
-        // The volume is convex: at most one stretch between crossings is inside.
+        // The volume is convex, so at most one interval between crossings is inside.
         let mut cuts = [low, high, low, high];
         for (cut, root) in cuts[2..].iter_mut().zip(quadratic(a, b, c)) {
             *cut = root.filter(|t| *t > low && *t < high).unwrap_or(*cut);

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-/// Number of bands per thread; several, since the visible surfaces are seldom spread evenly over the rows.
+/// Number of bands per thread. Several bands balance the load, since visible surfaces are seldom spread evenly over the
+/// rows.
 const BANDS: usize = 4;
-/// Minimum number of rows per band; surfaces that cross a boundary between bands are processed once per band.
+/// Minimum number of rows per band, since surfaces that cross a boundary between bands are processed once per band.
 const LEAST_ROWS: usize = 16;
 
 /// The division of an image into bands.
@@ -33,12 +34,12 @@ impl Bands {
         self.rows.div_ceil(self.height)
     }
 
-    /// Returns the first and the end row of each band.
+    /// Returns the first row of each band and the row after its last one.
     pub fn rows(&self) -> impl Iterator<Item = (usize, usize)> {
         (0..self.rows).step_by(self.height).map(|row| (row, self.rows.min(row + self.height)))
     }
 
-    /// Returns the bands that overlap a range of rows, which must not be empty.
+    /// Returns the indices of the bands that overlap a range of rows, which must not be empty.
     pub fn reached(&self, rows: (u32, u32)) -> Range<usize> {
         rows.0 as usize / self.height..(rows.1 as usize).div_ceil(self.height)
     }

@@ -1,9 +1,9 @@
 //! Projection from the world to pixels.
 //!
-//! The view frame is that of the sensor with x to the right, and in perspective with x and y multiplied by the focal
-//! length in pixels. A point (x, y, z) of this frame is seen x/z, y/z pixels from the centre of the image. In an
-//! orthographic image x and y are pixels themselves. Depth is stored as `w`, which is greater for nearer points: 1/z,
-//! or -z in an orthographic image. Either is linear in column and row on any plane.
+//! The view frame is the sensor's frame with x to the right. In a perspective image, x and y are also multiplied by the
+//! focal length in pixels, so a point (x, y, z) of this frame appears (x/z, y/z) pixels from the centre of the image.
+//! In an orthographic image, x and y are themselves pixels. Depth is stored as `w`, which is greater for nearer points:
+//! 1/z, or -z in an orthographic image. On any plane, both are linear functions of column and row.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -31,10 +31,10 @@ pub(super) struct Camera {
     pub w_near: f32,
     /// Value of a pixel without a visible surface: just below the minimum visible `w`.
     pub w_nothing: f32,
-    /// Transform from the world to the view, before x and y are multiplied.
+    /// Transform from the world to the view frame, before x and y are multiplied by the focal length.
     pub rotation: Matrix3<f64>,
     pub translation: Vector3<f64>,
-    /// Length of the longest ray per metre along the axis.
+    /// Length of the longest ray (that of a corner pixel) per metre of depth.
     pub slant: f64,
 }
 
@@ -42,8 +42,8 @@ pub(super) struct Camera {
 pub(super) const MOST: u32 = 16_384;
 
 impl Camera {
-    /// Creates a camera, or returns `None` if it cannot show any surface: without pixels or range, or with an invalid
-    /// angle, or a pose that is not finite.
+    /// Creates a camera, or returns `None` if it cannot show any surface because it has no pixels, an empty range, an
+    /// invalid angle, or a pose that is not finite.
     pub fn new(grid: &Grid, world_from_sensor: &Isometry3<f64>) -> Option<Self> {
         let half = 0.5 * f64::from(grid.columns);
         let (perspective, scale) = match grid.view {
@@ -86,7 +86,8 @@ impl Camera {
         (0.5 * self.columns as f64 - 0.5, 0.5 * self.rows as f64 - 0.5)
     }
 
-    /// Projects a point of the view frame: returns x and y multiplied, and the divisor that converts them to pixels.
+    /// Projects a point of the view frame to homogeneous image coordinates: x and y in pixels from the centre,
+    /// multiplied by the third value.
     pub fn homogeneous(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let divisor = if self.perspective { point.z } else { 1.0 };
         Vector3::new(point.x * self.scale, point.y * self.scale, divisor)
@@ -99,18 +100,18 @@ impl Camera {
         self.line_from_middle(a, b, if self.perspective { normal.z / divisor } else { -height / divisor })
     }
 
-    /// Converts a linear function given in pixels from the centre of the image.
+    /// Converts a linear function of the position in pixels from the centre of the image to one of column and row.
     pub fn line_from_middle(&self, a: f64, b: f64, c: f64) -> Line {
         let (column, row) = self.middle();
         Line { a, b, c: c - a * column - b * row }
     }
 
-    /// Returns whether a plane shows its front.
+    /// Returns whether the front of a plane faces the camera.
     pub fn sees_front(&self, normal: &Vector3<f64>, height: f64) -> bool {
         if self.perspective { height < 0.0 } else { normal.z < 0.0 }
     }
 
-    /// Returns the ray of a pixel in the view frame: the point where it meets z = 0, and its direction per metre of z.
+    /// Returns the ray of a pixel in the view frame: its point at z = 0, and its direction per metre of z.
     pub fn ray(&self, column: f64, row: f64) -> (Vector3<f64>, Vector3<f64>) {
         let middle = self.middle();
         let (x, y) = ((column - middle.0) / self.scale, (row - middle.1) / self.scale);
@@ -144,7 +145,7 @@ impl Camera {
     pub fn bounds(&self, points: &[Vector3<f64>]) -> Option<Bounds> {
         let (mut z_low, mut z_high) = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        // One bit for each side plane; it is set if all points are beyond that plane.
+        // One bit for each side plane, which is set if all points are beyond that plane.
         let mut beyond = 15;
         let (right, up) = (0.5 * self.columns as f64, 0.5 * self.rows as f64);
         for point in points {
@@ -186,9 +187,9 @@ impl Camera {
 /// A rectangular part of the image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
-    /// First and end column.
+    /// First column, and the column after the last one.
     pub columns: (usize, usize),
-    /// First and end row.
+    /// First row, and the row after the last one.
     pub rows: (usize, usize),
     /// Whether all points are beyond the near plane.
     pub clear: bool,

@@ -1,7 +1,7 @@
 //! A mesh prepared for rasterisation: neighbouring triangles in vectors of 16, which form groups.
 //!
-//! A group is skipped as a whole if it is out of sight or shows only sides that are not requested. Triangles store
-//! their own corners: transforming a shared corner again costs less than looking it up.
+//! A whole group is skipped if it is outside the image or shows only sides that are not requested. Each triangle stores
+//! its own corners, because transforming a shared corner again costs less than looking it up.
 
 use std::collections::HashMap;
 
@@ -14,14 +14,14 @@ use crate::{aabb::Aabb, triangle::Triangle};
 /// Number of vectors per group.
 const GROUP: usize = 4;
 
-/// A mesh in groups, built once.
+/// The triangles of a mesh in groups, built once per mesh.
 #[derive(Debug)]
 pub(crate) struct Clusters {
     /// Centre of the mesh, to which corners are relative. `half` is half of its extents, negative if the mesh is empty.
     pub(super) centre: Vector3<f64>,
     pub(super) half: Vector3<f64>,
     pub(super) sixteens: Vec<Sixteen>,
-    /// Numbers of the triangles in the mesh; stored separately, since most images do not need them.
+    /// Indices of the triangles in the mesh, stored separately because most images do not need them.
     pub(super) primitives: Vec<[u32; WIDE]>,
     pub(super) groups: Vec<Groups>,
     /// Whether only front faces are visible from outside.
@@ -126,7 +126,7 @@ impl Groups {
 }
 
 /// Returns whether a surface is closed and all its connected pieces face outward: each edge occurs once in each
-/// direction, and each piece encloses a positive volume. Corners at the same position count as one.
+/// direction, and each piece encloses a positive volume. Corners at the same position are treated as one corner.
 fn closed(mesh: &Mesh, kept: &[Triangle]) -> bool {
     if kept.len() != mesh.triangles.len() {
         return false;
@@ -148,7 +148,7 @@ fn closed(mesh: &Mesh, kept: &[Triangle]) -> bool {
     if twice || !edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok()) {
         return false;
     }
-    // Connected pieces, by union-find: each corner points to one of its piece with a lower or equal number.
+    // Connected pieces, by union-find: each corner points to a corner of its piece with a lower or equal number.
     let mut lower: Vec<u32> = (0..numbers.len() as u32).collect();
     for (a, b) in &edges {
         let (a, b) = (root(&mut lower, *a), root(&mut lower, *b));

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-/// Lamps, and the colour of the background. A surface that receives 1 in total shows its own colour.
+/// Lamps, and the colour of the background. A surface that receives a total of 1 from all lamps shows its own colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
     /// Ambient light, 0 to 1.
@@ -18,7 +18,8 @@ pub struct Light {
 }
 
 impl Default for Light {
-    /// Returns enough ambient light to distinguish colours in the shade, and a sun from above and to the side.
+    /// Returns lamps with enough ambient light to distinguish colours in the shade, and a sun from above and to one
+    /// side.
     fn default() -> Self {
         Self {
             ambient: 0.35,

@@ -1,13 +1,13 @@
 //! Images: the nearest visible surface per pixel.
 //!
-//! A ray per pixel would give the same result, but the pixels of an image are on a regular grid, on which the inverse
-//! depth of a plane is a linear function of column and row. So surfaces are rasterised one after the other into a depth
-//! buffer: boxes, planes and triangles by spans, small triangles by blocks of 4 x 4 pixels, round forms by their
-//! equations. The visible surface is stored as one number per pixel; colours, normals and tags are computed from it
-//! afterwards, once per pixel.
+//! A ray per pixel would yield the same result, but the pixels of an image are on a regular grid, on which the inverse
+//! depth of a plane is a linear function of column and row. Surfaces are therefore rasterised one after another into a
+//! depth buffer: boxes, planes and triangles by spans, small triangles by blocks of 4 x 4 pixels, and round forms by
+//! their equations. The index of the visible surface is stored for each pixel, and colours, normals and tags are
+//! computed from it afterwards, once per pixel.
 //!
-//! Start with [`GridCast`]; then `render`, which renders a frame: `ready` prepares the visible surfaces and sorts them
-//! into `bands` of rows, and each band is rasterised by one task (`draw`).
+//! Start with [`GridCast`], then read `render`, which renders a frame: `ready` prepares the visible surfaces and sorts
+//! them into `bands` of rows, and each band is rasterised by one task (`draw`).
 
 mod bands;
 mod camera;

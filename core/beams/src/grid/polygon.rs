@@ -30,7 +30,7 @@ impl Polygon {
 
 /// Returns the edge function from one corner to the next; the corners are results of [`Camera::homogeneous`].
 ///
-/// It is exactly the negative of the edge function in the opposite direction. Corners behind the camera need no special
+/// The function is exactly the negative of that in the opposite direction. Corners behind the camera need no special
 /// treatment.
 pub(super) fn border(camera: &Camera, from: &Vector3<f64>, to: &Vector3<f64>) -> Line {
     let line = from.cross(to);
@@ -66,7 +66,7 @@ pub(super) fn cuboid(
     }
     let corners = view_from_form.corners(&Vector3::zeros(), half);
     let Some(bounds) = camera.bounds(&corners) else { return };
-    // If the near plane clips nothing, the front hides the back.
+    // If the near plane clips nothing, the front faces hide the back faces.
     let hides = faces.front && view_from_form.clear(camera, half, &bounds);
     for index in 0..6 {
         let normal = view_from_form.rotation.column(index / 2) * if index % 2 == 1 { 1.0 } else { -1.0 };
@@ -115,7 +115,8 @@ impl ViewFrom {
         self.rotation * p + self.translation
     }
 
-    /// Returns the corners of a box along the form's axes; bit i of an index gives the side on axis i.
+    /// Returns the corners of a box along the form's axes; bit i of a corner's index is set if the corner is on the
+    /// positive side of axis i.
     pub fn corners(&self, centre: &Vector3<f64>, half: &Vector3<f64>) -> [Vector3<f64>; 8] {
         std::array::from_fn(|number| {
             let sign = |axis: usize| if number >> axis & 1 == 1 { 1.0 } else { -1.0 };

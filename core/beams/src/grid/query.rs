@@ -7,8 +7,9 @@ use crate::Faces;
 
 /// The pixels of an image.
 ///
-/// The camera looks along +z of its frame, y is up and x points to the left. Rows run from bottom to top, columns from
-/// left to right as seen; pixels are square, and the axis passes through the centre of the image.
+/// The camera looks along +z of its frame, +y points up and +x to the left. Rows are numbered from bottom to top,
+/// columns from left to right as seen by the camera. Pixels are square, and the axis passes through the centre of the
+/// image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
     /// Number of columns, from 1 to 16,384.
@@ -17,7 +18,8 @@ pub struct Grid {
     pub rows: u32,
     /// The projection.
     pub view: View,
-    /// Depth of the near plane, in metres; surfaces nearer than `z = near` are clipped. 0 or more in perspective.
+    /// Depth of the near plane, in metres; surfaces nearer than `z = near` are clipped. Must be at least 0 in
+    /// perspective.
     pub near: f64,
     /// Depth of the far plane, in metres; surfaces beyond `z = far` are clipped. May be infinite.
     pub far: f64,
@@ -38,7 +40,7 @@ pub enum View {
     },
 }
 
-/// Outputs to compute in addition to the depth. Each costs time.
+/// Outputs to compute in addition to the depth. Each output increases the rendering time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Want {
     /// Whether to compute the colour.

@@ -14,7 +14,7 @@ pub(super) type U<S> = u32x16<S>;
 /// Padding rows that blocks may overlap at the end; their contents are not used.
 const SPARE_ROWS: usize = 8;
 
-/// Denotes that no surface is visible.
+/// Surface index that stands for "no visible surface".
 pub(super) const NOBODY: u32 = u32::MAX;
 
 /// Buffers of a band, reused from frame to frame.
@@ -24,13 +24,13 @@ pub(super) struct Buffer {
     id: Vec<u32>,
 }
 
-/// The rows of an image from `first` to just before `end`. `ID` selects whether the number of the visible surface is
-/// stored.
+/// The rows of an image from `first` up to, but excluding, `end`. `ID` selects whether the index of the visible surface
+/// is stored.
 pub(super) struct Raster<'a, const ID: bool> {
     pub first: usize,
     pub end: usize,
     pub columns: usize,
-    /// Elements per row; more than the columns, so that whole blocks can be written.
+    /// Number of elements per row; greater than the number of columns, so that whole blocks can be written.
     pub stride: usize,
     /// Maximum visible `w`.
     pub w_near: f32,
@@ -38,7 +38,7 @@ pub(super) struct Raster<'a, const ID: bool> {
     pub id: &'a mut [u32],
 }
 
-/// A surface offered to some pixels, which store the nearest one.
+/// A surface that is offered to a set of pixels, each of which stores the nearest surface offered so far.
 #[derive(Clone, Copy)]
 pub(super) struct Offer<S: Simd> {
     pub w: F<S>,
@@ -47,7 +47,7 @@ pub(super) struct Offer<S: Simd> {
 }
 
 impl<'a, const ID: bool> Raster<'a, ID> {
-    /// Prepares the rows from `first` to just before `end`, without any visible surface.
+    /// Prepares the rows from `first` up to, but excluding, `end`, without any visible surface.
     pub fn new(buffer: &'a mut Buffer, camera: &Camera, (first, end): (usize, usize)) -> Self {
         let stride = camera.columns.next_multiple_of(WIDE) + WIDE;
         let (used, size) = ((end - first) * stride, (end - first + SPARE_ROWS) * stride);

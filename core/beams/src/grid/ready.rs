@@ -1,4 +1,4 @@
-//! Visible surfaces, prepared for rasterisation by all threads.
+//! Surfaces that may be visible, prepared by several threads for rasterisation.
 
 use std::ops::Range;
 
@@ -43,7 +43,7 @@ pub(super) struct Solids {
 /// Groups of a mesh that may be visible.
 struct Found {
     mesh: usize,
-    /// For each band, in memory order: ranges of vectors as (first, end).
+    /// For each band, ranges of vectors as (first, end), in the order in which they are stored.
     groups: Vec<Vec<(u32, u32)>>,
 }
 
@@ -136,7 +136,7 @@ impl Solids {
     }
 }
 
-/// Splits `count` items into ranges of at most `of`.
+/// Splits `count` items into ranges of at most `of` items.
 fn parts(count: usize, of: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).step_by(of).map(move |from| from..count.min(from + of))
 }

@@ -122,7 +122,7 @@ impl Round {
         raster.offer(simd, place + column, Offer { w, inside, id: part + self.id });
     }
 
-    /// Returns the ray with its first crossing that counts.
+    /// Returns the ray with its first admissible crossing.
     #[inline(always)]
     fn cross(&self, mut ray: Ray) -> Ray {
         let Self { radius, half_length, .. } = *self;

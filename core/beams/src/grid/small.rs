@@ -23,7 +23,7 @@ pub(super) struct Small {
     id: [u32; WIDE],
 }
 
-/// 16 corners in the image: column and row in sub-pixel steps, and `w`. NaN if a corner cannot be rounded.
+/// 16 corners in the image: column and row in sub-pixel steps, and `w`. Values are NaN if a corner cannot be rounded.
 #[derive(Clone, Copy)]
 pub(super) struct Placed<S: Simd> {
     pub x: F<S>,
@@ -121,7 +121,7 @@ impl Small {
 #[inline(always)]
 fn border<S: Simd>(simd: S, (x0, y0): (F<S>, F<S>), (x1, y1): (F<S>, F<S>)) -> [[f32; WIDE]; 3] {
     let (u, v) = (y0 - y1, x1 - x0);
-    // A pixel exactly on an edge belongs to the area on its right, or above.
+    // A pixel exactly on an edge belongs to the area on the right of the edge, or above it.
     let mine = u.simd_gt(0.0) | (u.simd_eq(0.0) & v.simd_gt(0.0));
     let off = mine.select(F::splat(simd, 0.0), F::splat(simd, 1.0));
     [stored(u * PARTS), stored(v * PARTS), stored(-(u * x0 + v * y0) - off)]

@@ -10,8 +10,8 @@ use crate::simd::{greatest, least};
 
 /// An edge; the area lies where the line is greater than 0.
 ///
-/// A pixel exactly on a line belongs to the area on its right; on a horizontal line, to the area above. So each pixel
-/// belongs to exactly one of two areas that share an edge, since both compute the same quotients.
+/// A pixel exactly on a line belongs to the area on the right of the line, and on a horizontal line to the area above.
+/// Both areas that share an edge compute the same quotients, so each pixel belongs to exactly one of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edge(pub Line);
 
@@ -43,7 +43,7 @@ pub(super) struct Face<'a> {
 }
 
 impl Face<'_> {
-    /// Rasterises the rows from `rows.0` to just before `rows.1`.
+    /// Rasterises the rows from `rows.0` up to, but excluding, `rows.1`.
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>, rows: (usize, usize)) {
         for row in rows.0.max(raster.first)..rows.1.min(raster.end) {

@@ -1,8 +1,8 @@
 //! Triangles of meshes, rasterised 16 at a time.
 //!
-//! Corners are projected to the image and rounded to 1/256 of a pixel. Small triangles then need only integers that are
-//! exact in single precision, and large ones are exact in double precision: each pixel belongs to exactly one of two
-//! neighbours, regardless of their size. Triangles that reach behind the camera are rasterised by homogeneous edges.
+//! Corners are projected to the image and rounded to 1/256 of a pixel. Edge functions of small triangles are then exact
+//! in single precision, and those of large ones in double precision, so each pixel belongs to exactly one of two
+//! neighbours, regardless of their sizes. Triangles that extend behind the camera are rasterised by homogeneous edges.
 
 use std::ops::Range;
 
@@ -77,7 +77,7 @@ impl<'a> Triangles<'a> {
         self.mesh.groups.len()
     }
 
-    /// Returns those of the given groups that may be visible, as ranges of vectors (first, end) for each band.
+    /// Returns, for each band, the given groups that may be visible in it, as ranges of vectors (first, end).
     pub fn look(&self, level: Level, groups: Range<usize>, bands: Bands) -> Vec<Vec<(u32, u32)>> {
         let mut seen = vec![Vec::with_capacity(groups.len() * ROW / bands.count()); bands.count()];
         dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], bands, &mut seen));
@@ -97,7 +97,7 @@ impl<'a> Triangles<'a> {
             let placed = |i: usize| x * m[(i, 0)] + y * m[(i, 1)] + z * m[(i, 2)] + t[i];
             let (cx, cy, cz) = (placed(0), placed(1), placed(2));
             let mut out = (cz + r).simd_lt(camera.near) | (cz - r).simd_gt(camera.far);
-            // Find the side that each group shows.
+            // Determine which sides of each group face the camera.
             let toward =
                 if camera.perspective { [x - eye.x, y - eye.y, z - eye.z] } else { [eye.x, eye.y, eye.z].map(number) };
             let [tx, ty, tz] = toward;
@@ -271,7 +271,7 @@ impl<'a> Triangles<'a> {
             rows = (low.ceil().max(0.0) as usize, (high.floor() + 1.0).max(0.0) as usize);
         }
         if ![w.a, w.b, w.c].iter().all(|x| x.is_finite()) {
-            // The triangle is seen exactly edge-on.
+            // The camera sees the triangle exactly edge-on.
             w = Line { a: 0.0, b: 0.0, c: f64::from(limits.1) };
         }
         Face { edges: &edges, w, limits, id }.draw(simd, raster, rows);

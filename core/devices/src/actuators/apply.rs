@@ -29,7 +29,7 @@ pub struct ApplyFailure {
     pub status: tatu_status,
 }
 
-/// The inputs of an advance with actuators.
+/// The inputs of the actuators during an advance of the engine.
 #[derive(Clone, Copy)]
 pub struct Acts<'a> {
     /// The scene, which does not change during the advance.
@@ -44,7 +44,7 @@ pub struct Acts<'a> {
     pub watch: &'a Watch,
 }
 
-/// An actuator in a batch: its index in [`Actuators::devices`], its mount and its commands.
+/// An actuator in a batch, with its index in [`Actuators::devices`], its mount and its commands.
 struct Seat {
     device: usize,
     mount: Mount,
@@ -57,8 +57,8 @@ struct Batch {
     seats: Vec<Seat>,
 }
 
-/// Returns the batches of the kinds with this value of `every_substep`, in order of kinds. The actuators of a batch are
-/// in order of creation.
+/// Returns a batch for each kind whose `every_substep` has the given value, in the order of kinds. The actuators of a
+/// batch are in the order of their creation.
 fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_substep: bool) -> Vec<Batch> {
     let mut out = Vec::new();
     for (kind, info) in around.registry.actuators.iter().enumerate() {
@@ -80,7 +80,7 @@ fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_
     out
 }
 
-/// Calls the kinds that are called once per advance; the forces that they apply act for all of `dt`.
+/// Calls the kinds of actuators that act once per advance. Their forces act throughout `dt`.
 pub fn per_step(actuators: &mut Actuators, dynamics: &mut Dynamics, around: &Acts<'_>, dt: f64) -> Vec<ApplyFailure> {
     let (mut failed, mut pushes) = (Vec::new(), Vec::new());
     for batch in batches(actuators, dynamics, around, false) {
@@ -93,7 +93,7 @@ pub fn per_step(actuators: &mut Actuators, dynamics: &mut Dynamics, around: &Act
     failed
 }
 
-/// The kinds that are called before each engine step, for one advance.
+/// The kinds of actuators that are called before each engine step, during one advance.
 pub struct SubSteps<'a> {
     actuators: &'a mut Actuators,
     registry: &'a Registry,
@@ -122,7 +122,7 @@ impl<'a> SubSteps<'a> {
         Some(SubSteps { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
     }
 
-    /// Adds the forces and torques for one engine step.
+    /// Adds the forces and torques of the actuators for one engine step to `out`.
     pub fn before(&mut self, engine: &dyn Engine, step: u32, out: &mut Vec<Push>) {
         let when = (self.time + f64::from(step) * self.dt, self.dt);
         for batch in &mut self.batches {
@@ -140,8 +140,8 @@ struct ApplyContext<'a> {
     engine: &'a dyn Engine,
 }
 
-/// Calls a kind once, and converts its outputs to forces and torques. `when` is the simulation time and the duration
-/// until the next call, s.
+/// Calls a kind once, and converts its outputs to forces and torques. `when` contains the simulation time and the
+/// duration until the next call, both in s.
 fn apply(
     actuators: &mut Actuators,
     batch: &Batch,

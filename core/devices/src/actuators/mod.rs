@@ -1,8 +1,8 @@
-//! Actuators: their instances and commands, and their effects on bodies and joints.
+//! Actuators: their instances, their commands, and their effects on bodies and joints.
 //!
 //! - [`Actuators`]: the world's actuators;
-//! - `apply`: calls of a kind with a batch, which convert motions and commands to wrenches and efforts; `scratch`: the
-//!   buffers of a batch.
+//! - `apply`: calls a kind with a batch of its actuators, which computes wrenches and efforts from motions and
+//!   commands; `scratch`: the buffers of a batch.
 //!
 //! Actuators act during physics: a kind is called once at the start of each advance of the engine or, on request,
 //! before each engine step. The commands of an actuator are stored in its object in the scene.
@@ -27,7 +27,7 @@ pub struct Actuator {
     pub slot: u32,
     /// Index of its kind in the registry.
     pub kind: usize,
-    /// The plugin's own data.
+    /// Pointer to the plugin's data of this instance.
     pub data: *mut c_void,
     /// The state block that the plugin writes to.
     pub state: StateBlock,
@@ -35,7 +35,7 @@ pub struct Actuator {
     pub params: Vec<Value>,
     /// Whether the actuator is disabled after a fault.
     pub off: bool,
-    /// Whether it has been reported that the actuator has no effect.
+    /// Whether the user has been told that the actuator has no effect.
     pub idle_told: bool,
     /// Its readings, if its kind declares any.
     pub report: Option<Report>,
@@ -45,7 +45,7 @@ pub struct Actuator {
 pub struct Report {
     /// The layout of the fields.
     pub layout: Rc<Layout>,
-    /// The fields, as of the last call.
+    /// The contents of the fields after the last call.
     pub fields: ReadingBuffer,
     /// Simulation time of the last call, s; `None` if there was no call since the readings were last published.
     pub time: Option<f64>,

@@ -10,18 +10,18 @@ use tatu_scene::graph::{Keys, map};
 
 /// The form of the items of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named after what they are")]
+#[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum Form {
     Points,
     Lines,
     Triangles,
-    /// This and the following `*Points` are small flat or solid marks. All except spheres have a normal.
+    /// Small flat or solid marks, like all following `*Points`. All of them except `SpherePoints` have a normal.
     TrianglePoints,
     QuadPoints,
     DiscPoints,
     CubePoints,
     SpherePoints,
-    /// Points, each connected to the previous one.
+    /// Points, each of which is connected to the previous one.
     LineStrip,
 }
 
@@ -66,9 +66,9 @@ pub struct Drawing {
     pub form: Form,
     /// Size: in pixels for points and lines, in m for marks.
     pub size: f64,
-    /// Red, green, blue, 0 to 1.
+    /// Red, green and blue components, from 0 to 1.
     pub color: [f64; 3],
-    /// The object whose frame the drawing is attached to; 0 for the world.
+    /// The object to which the drawing is attached; 0 for the world.
     pub parent: tatu_object,
     /// Maximum number of items; 0 stands for [`Drawing::MOST`].
     pub capacity: usize,
@@ -76,9 +76,9 @@ pub struct Drawing {
     pub cyclic: bool,
     /// Minimum distance of a new item from existing ones, m; closer items are not added.
     pub tolerance: f64,
-    /// Whether the drawing remains when the run stops.
+    /// Whether the drawing is retained when the run stops.
     pub persistent: bool,
-    /// Number of values of an item after its points and normal, for its own colours, size and transparency.
+    /// Number of values that follow the points and normal of an item, for an individual colour, size and transparency.
     pub extra: usize,
     /// Items in the parent's frame: points, normal, and extra values.
     pub items: VecDeque<Vec<f64>>,
@@ -90,7 +90,7 @@ impl Drawing {
     /// Maximum number of items of any drawing.
     pub const MOST: usize = 1_000_000;
 
-    /// Parses a table; `form` is required.
+    /// Parses a drawing from a table; `form` is required.
     pub fn from_value(value: &Value) -> Result<Self, Refusal> {
         let keys = Keys::new("a drawing", value, Self::KEYS)?;
         let Some(form) = Form::parse(&keys.text("form")?) else {
@@ -109,7 +109,7 @@ impl Drawing {
             items: VecDeque::new(),
         })
     }
-    /// Returns the description of the drawing as a table, without its items.
+    /// Converts the drawing to a table, without its items.
     pub fn entries(&self) -> Value {
         map([
             ("form", Value::text(self.form.name())),
@@ -140,12 +140,12 @@ impl Drawing {
         out
     }
     /// Adds items, given as concatenated values in world coordinates; `frame` is the parent's pose. Returns the number
-    /// of items added: items that are too close to existing ones, or exceed the capacity, are left out.
+    /// of items added: items that are too close to existing ones or exceed the capacity are not added.
     pub fn add(&mut self, items: &[f64], frame: &Isometry3<f64>) -> Result<usize, Refusal> {
         let stride = self.stride();
         if items.is_empty() || !items.len().is_multiple_of(stride) || !items.iter().all(|x| x.is_finite()) {
             let text = format!(
-                "items of `{}` must have {stride} finite numbers each, found {}",
+                "the items of a drawing of `{}` must be finite numbers, {stride} per item; found {} numbers",
                 self.form.name(),
                 items.len()
             );

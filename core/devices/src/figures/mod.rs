@@ -18,7 +18,7 @@ pub use drawing::{Drawing, Form};
 use tatu_errors::Refusal;
 use tatu_scene::{Data, Scene, graph::Graph};
 
-/// Maximum number of drawings of a world, in case a script adds one in each step.
+/// Maximum number of drawings of a world; it limits memory if a script adds a drawing in each step.
 const MOST_DRAWINGS: usize = 10_000;
 
 /// All graphs and drawings of a world.
@@ -26,13 +26,13 @@ const MOST_DRAWINGS: usize = 10_000;
 pub struct Figures {
     /// Graphs, by handle of their object.
     pub graphs: BTreeMap<u64, Graph>,
-    /// Drawings, by number.
+    /// Drawings, by id.
     pub drawings: BTreeMap<i64, Drawing>,
     last_drawing: i64,
 }
 
 impl Figures {
-    /// Resets the graphs to their descriptions in the scene, when a run starts.
+    /// Clears all graphs and recreates them from the scene, when a run starts.
     pub fn begin(&mut self, scene: &Scene) {
         self.graphs.clear();
         for (slot, o) in scene.slots() {
@@ -59,7 +59,7 @@ impl Figures {
     pub fn bytes(&self) -> u64 {
         self.drawings.values().map(|d| (d.items.len() * (8 * d.stride() + 32)) as u64).sum()
     }
-    /// Adds a drawing and returns its number, from 1.
+    /// Adds a drawing and returns its id, counted from 1.
     pub fn draw(&mut self, drawing: Drawing) -> Result<i64, Refusal> {
         if self.drawings.len() >= MOST_DRAWINGS {
             return Err(Refusal(TATU_ERR_SPACE, format!("the world already has {MOST_DRAWINGS} drawings")));

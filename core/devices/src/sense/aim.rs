@@ -1,4 +1,4 @@
-//! Rays whose origins and directions a plugin sets before each cast.
+//! Aimed rays: a plugin sets their origins and directions before each cast.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_plugins::guarded::Guarded;
@@ -10,8 +10,8 @@ use super::plan::{BeamPlan, look_along};
 pub(super) struct Aims {
     /// Origin and direction of each ray in its sensor's frame, sensor by sensor.
     rays: Guarded<[f64; 6]>,
-    /// For each sensor of the batch, a pointer to its first ray, as passed to the plugin, or null if its rays are not
-    /// aimed. Empty if no sensor of the batch is aimed.
+    /// For each sensor of the batch, the pointer to its first ray that is passed to the plugin, or null if its rays are
+    /// not aimed. Empty if no sensor of the batch has aimed rays.
     pub places: Vec<*mut f64>,
     /// Poses of the rays returned so far by [`Aims::take`], in their sensor's frame.
     turned: Vec<Isometry3<f64>>,

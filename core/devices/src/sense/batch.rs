@@ -1,4 +1,4 @@
-//! Calls of a sensor kind with a batch, the steps that complete a measurement, and the sensors that failed.
+//! Calls a sensor kind with a batch, completes the measurement, and determines which sensors failed.
 
 use std::ffi::c_void;
 
@@ -26,7 +26,7 @@ pub struct MeasureFailure {
     pub status: tatu_status,
 }
 
-/// The registry and the watchdog's record, for calls of a kind's functions.
+/// The registry and the watchdog's record, which are needed to call the functions of a kind.
 #[derive(Clone, Copy)]
 pub(super) struct Calls<'a> {
     pub registry: &'a Registry,
@@ -86,13 +86,13 @@ pub(super) fn complete(
     failed
 }
 
-/// Fails the whole batch if the plugin's function wrote outside the list of statuses.
+/// Fails the whole batch if the plugin's function wrote outside the array of statuses.
 pub(super) fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], who: Who<'_>) -> Vec<MeasureFailure> {
     if s.status.is_whole() {
         return Vec::new();
     }
     let n = s.status.len();
-    // The statuses may have been overwritten. The list keeps its size, so pointers to it stay valid.
+    // The statuses may have been overwritten. The array keeps its size, so pointers to it remain valid.
     s.status.fill(n, TATU_ERR);
     let text = format!("broke the contract: it wrote outside the statuses of its batch of {n}");
     let failure =
@@ -120,7 +120,7 @@ pub(super) fn hand_over(
     error.fresh();
     // SAFETY: `batch.status` points to the scratch buffer, which has one status per instance.
     let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
-    // Earlier failures, which are rare, keep their statuses.
+    // Sensors that failed in an earlier call keep their statuses. Such failures are rare.
     let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
     let first = who.devices.first().map_or(0, |i| all[*i].slot);
     let before = calls.watch.enter_batch(call, kind_info.plugin, first, who.devices.len());

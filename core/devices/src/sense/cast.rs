@@ -1,5 +1,4 @@
-//! Beams of a batch: the beams of all its sensors are cast in one pass, and the results are stored in arrays that the
-//! plugin reads.
+//! Casts the beams of all sensors of a batch in one pass, and stores the results in arrays that the plugin reads.
 
 use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, Volume};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -50,12 +49,12 @@ struct Singles {
 /// A sensor whose rays are cast as a bundle.
 #[derive(Clone, Copy)]
 struct Fan {
-    /// Its index in the batch.
+    /// Index of the sensor in the batch.
     sensor: usize,
     look: SensorView,
 }
 
-/// A sensor's pose, and the targets and hits that it ignores.
+/// A sensor's pose, and the conditions on the targets and hits that it detects.
 #[derive(Clone, Copy)]
 pub(super) struct SensorView {
     pub world_from_sensor: Isometry3<f64>,
@@ -66,21 +65,21 @@ pub(super) struct SensorView {
     pub only_object: Option<u64>,
 }
 
-/// Conditions that a hit must fulfil to count.
+/// Conditions that a hit must meet to be detected.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// Which sides of faces count.
+    /// Sides of faces that can be hit.
     pub faces: Faces,
     /// Largest angle between a ray and the normal of the face that it hits, rad.
     pub max_incidence: f64,
     /// Maximum distance of a hit from the sensor, m, in addition to the range of the beams; may be infinite.
     pub reach: f64,
-    /// Whether surfaces hide those behind them, even if they themselves do not count.
+    /// Whether surfaces hide those behind them, even if they do not meet these conditions themselves.
     pub occlude: bool,
 }
 
 impl Limits {
-    /// Returns the limits given for this measurement, or else those of the sensor.
+    /// Returns the limits `once` of a single measurement if they are given, otherwise those of the sensor's plan.
     pub fn of(plan: &BeamPlan, once: Option<Limits>) -> Self {
         let BeamPlan { faces, max_incidence, occlude, .. } = *plan;
         once.unwrap_or(Limits { faces, max_incidence, reach: f64::INFINITY, occlude })
@@ -127,7 +126,7 @@ impl Casts {
         self.singly(plan, look, begin as u32, frames);
     }
 
-    /// Adds the aimed rays of a sensor of the batch, with their poses in its frame.
+    /// Adds the aimed rays of a sensor of the batch, given by their poses in the sensor's frame.
     pub fn aimed(&mut self, sensor: usize, plan: &BeamPlan, look: SensorView, frames: &[Isometry3<f64>]) {
         self.singly(plan, look, self.first[sensor] as u32, frames.iter().copied());
     }
@@ -141,7 +140,7 @@ impl Casts {
         });
         let set = &mut self.singles[at];
         let limits = look.limits;
-        // The far end of a volume with flat ends is a part of its form, so it is not moved to `reach`.
+        // The far end of a volume with flat ends is a part of its shape, so it is not moved to `reach`.
         let is_flat = matches!(plan.volume, Volume::Pyramid { .. } | Volume::Cylinder { .. });
         let far = if is_flat { plan.far } else { plan.far.min(limits.reach) };
         for (k, frame) in frames.enumerate() {
@@ -166,7 +165,8 @@ impl Casts {
         }
     }
 
-    /// Casts all beams, and fills the arrays in `inputs`. `plan` returns the plan of a sensor of the batch.
+    /// Casts all beams, and fills the arrays that `inputs` (`TATU_IN_*` flags) requests. `plan` returns the plan of a
+    /// sensor of the batch.
     pub fn run<'a>(
         &mut self,
         inputs: u32,
@@ -244,7 +244,7 @@ impl Casts {
         let (mut distance, mut point, mut normal) = (&mut distance[..], &mut point[..], &mut normal[..]);
         let (mut object, mut primitive) = (&mut object[..], &mut primitive[..]);
         let mut at = 0;
-        // Grouped by set of targets, which is usually the same for all sensors.
+        // The casts are grouped by set of targets, which is usually the same for all sensors.
         let mut jobs: Vec<(&BeamScene, Vec<(BundleCast<'_>, BundleHits<'_>)>)> = Vec::new();
         for Fan { sensor, look } in bundles.iter().copied() {
             let plan = plan(sensor);
@@ -285,7 +285,7 @@ impl Casts {
 /// Returns whether any surface, regardless of side and incidence, is between a beam's origin and the point that it hit.
 fn is_hidden(seen: &BeamScene, beam: &Beam, hit: &Hit) -> bool {
     let turn = look_along(hit.point.coords.normalize().into());
-    // The surface that was hit must not hide itself.
+    // The ray ends before the surface that was hit, which must not hide itself.
     let before = hit.distance * (1.0 - HIDES);
     let ray = Beam { skip_group: beam.skip_group, ..Beam::ray(beam.world_from_beam * turn, before) };
     hit.distance > 0.0 && seen.cast_one(&ray).is_some()
@@ -301,7 +301,7 @@ fn put<T>(to: &mut [T], place: usize, value: impl FnOnce() -> T) {
     }
 }
 
-/// Splits off `n` elements after skipping `skip`; returns an empty slice of an array that was not requested.
+/// Skips `skip` elements and splits off the next `n`. Returns an empty slice if the array was not requested.
 fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
     if rest.is_empty() {
         return &mut [];
@@ -312,8 +312,8 @@ fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
     part
 }
 
-/// Returns the colour of the surface that was hit at a point in the world frame; black if nothing was hit. A compound
-/// has the colour of the shape, without textures.
+/// Returns the colour of the surface that was hit at `point`, in the world frame, or black if nothing was hit.
+/// Compounds have the colour of their shape, without textures.
 fn surface_color(
     scene: &Scene,
     object: tatu_object,

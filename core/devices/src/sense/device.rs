@@ -1,4 +1,4 @@
-//! A sensor: its instance, its last reading, and the layout of its fields.
+//! The instance of a sensor, its last reading, and the layout of its fields.
 
 use std::{ffi::c_void, rc::Rc};
 
@@ -16,15 +16,15 @@ use crate::sense::reading_arena::{ReadingArena, ReadingBuffer};
 
 /// A sensor's instance and its last reading.
 ///
-/// There may be thousands of sensors, and each step iterates over all of them: the data for reading the fields is in
-/// the first cache line, and the data for a measurement in the first two.
+/// There can be thousands of sensors, and each step iterates over all of them. The data for reading the fields is
+/// therefore in the first cache line, and the data for a measurement in the first two.
 #[repr(C, align(64))]
 pub struct Device {
     /// The contents of the fields, each 8-byte aligned.
     pub fields: ReadingBuffer,
-    /// The layout, shared by sensors that are alike.
+    /// The layout of the fields; sensors with equal layouts share it.
     pub layout: Rc<Layout>,
-    /// Number of the measurement, from 1, or 0 if there is no reading yet.
+    /// Sequence number of the measurement, counted from 1; 0 if there is no reading yet.
     pub sequence: u64,
     /// Simulation time of the measurement, s.
     pub time: f64,
@@ -36,30 +36,31 @@ pub struct Device {
     pub(super) explicit: bool,
     /// Index of its kind in the registry.
     pub kind: usize,
-    /// The plugin's own data.
+    /// Pointer to the plugin's data of this instance.
     pub data: *mut c_void,
-    /// Noise that is applied to its fields after each measurement.
+    /// Noise that is applied to the fields after each measurement.
     pub noise: Option<Box<Noise>>,
-    /// Seed of its random numbers, derived from the scene's seed and the sensor.
+    /// Seed of the sensor's random numbers, derived from the scene's seed and the object's name.
     pub seed: u64,
-    /// Number of measurements since the start, including those before a reset; its random numbers depend on it.
+    /// Number of measurements since the start, including those before a reset; the sensor's random numbers depend on
+    /// it.
     pub drawn: u64,
     /// The state block that the plugin writes to.
     pub state: StateBlock,
-    /// Number of its choice of objects, see [`Targets`](super::targets::Targets), or 0 for all objects.
+    /// Number of the sensor's choice of objects in [`Targets`](super::targets::Targets), or 0 for all objects.
     pub(super) choice: u32,
     /// Rate declared in the scene, Hz, or 0 if the sensor measures in every step.
     pub(super) rate: f64,
-    /// For a sensor with a rate: the period in which it last measured.
+    /// Index of the period in which the sensor last measured, if it has a rate.
     pub period: Option<u64>,
-    /// Its instance id.
+    /// Id of the plugin's instance.
     pub id: u64,
     /// Values of its parameters, in the order of the kind's declaration.
     pub params: Vec<Value>,
 }
 
 impl Device {
-    /// Creates a sensor without a reading; its beams are not known yet.
+    /// Creates a sensor without a reading and without beams, which [`lay_out`](Self::lay_out) sets.
     pub fn new(
         kind: usize,
         slot: u32,
@@ -99,20 +100,20 @@ impl Device {
         self.layout = layout;
     }
 
-    /// Moves the reading next to that of the sensor added before.
+    /// Moves the reading in memory, next to the reading of the sensor that was added before this one.
     pub(super) fn shelve(&mut self, arena: &mut ReadingArena) {
         let mut words = arena.take(self.fields.len());
         words.copy_from_slice(&self.fields);
         self.fields = words;
     }
 
-    /// Returns whether the plugin stayed within the fields and the state block in its last call.
+    /// Returns whether the plugin wrote only to the fields and the state block in its last call.
     #[inline]
     pub(super) fn kept_within(&self) -> bool {
         self.layout.is_whole(&self.fields) && self.state.is_whole()
     }
 
-    /// Stores fields that an actuator reported at a time (s) as the reading.
+    /// Stores the fields that an actuator reported at `time`, s, as the reading.
     pub(crate) fn take_report(&mut self, time: f64, fields: &[u64]) {
         if self.fields.len() == fields.len() {
             self.fields.copy_from_slice(fields);
@@ -147,14 +148,14 @@ impl Device {
         self.noise.iter_mut().for_each(|n| n.drop_held());
     }
 
-    /// Returns whether the sensor is due at this time, which is the case at most once per period of its rate. Periods
-    /// are counted from time 0, so that they do not drift.
+    /// Returns whether the sensor is due at `time`, s, which is the case at most once per period of its rate. Periods
+    /// are counted from time 0, so they do not drift.
     pub fn is_due(&mut self, time: f64) -> bool {
         !self.explicit && self.is_due_after(time)
     }
 
-    /// Like [`Device::is_due`], for the physics step that begins at this time, even if the sensor measures only on
-    /// request otherwise.
+    /// Like [`Device::is_due`], for the physics step that begins at `time`. A sensor that otherwise measures only on
+    /// request can be due as well.
     pub(super) fn is_due_after(&mut self, time: f64) -> bool {
         if self.off {
             return false;
@@ -166,7 +167,7 @@ impl Device {
         std::mem::replace(&mut self.period, now) != now
     }
 
-    /// Returns whether the sensor measures in every step, with readings that are visible at once.
+    /// Returns whether the sensor measures in every step and its readings are visible immediately.
     pub(super) fn is_steady(&self) -> bool {
         !self.off && !self.explicit && self.rate <= 0.0 && !self.is_delayed()
     }
@@ -230,7 +231,8 @@ impl Device {
         }
     }
 
-    /// Returns the first field that contains a NaN. "Nothing detected" is infinity or zero, never NaN.
+    /// Returns the name of the first field that contains a NaN. Plugins must report "nothing detected" as infinity or
+    /// zero.
     pub fn not_a_number<'k>(&self, kind: &'k SensorKind) -> Option<&'k str> {
         self.layout.not_a_number(&self.fields, kind)
     }
@@ -265,28 +267,29 @@ impl Device {
     }
 }
 
-/// Rate above which a sensor measures in every step, Hz: no step is that short, and periods can still be counted.
+/// Rate above which a sensor measures in every step, Hz. No step is that short, and periods of lower rates can be
+/// counted.
 const HIGHEST_RATE: f64 = 1e9;
 
-/// Returns the number of the period of a rate that contains a time. Times are sums of steps: one that is below the
-/// start of a period only by rounding errors belongs to that period.
+/// Returns the index of the period of a rate, Hz, that contains `time`, s. Times are sums of steps, so a time that is
+/// before the start of a period only by rounding errors belongs to that period.
 fn period(rate: f64, time: f64) -> u64 {
     (time * rate * (1.0 + 1e-12) + 1e-9).floor() as u64
 }
 
-/// The part of a sensor that follows from its parameters: its beams, and the layout of its fields.
+/// The properties of a sensor that its parameters determine: its beams, and the layout of its fields.
 #[derive(Debug, PartialEq)]
 pub struct Layout {
-    /// Its beams.
+    /// The beams of the sensor.
     pub plan: BeamPlan,
-    /// For each field: index of its first word, and number of elements.
+    /// For each field, the index of its first word and its number of elements.
     pub spans: Vec<(usize, usize)>,
     /// For each field, its shape.
     dims: Vec<[u32; 3]>,
     words: usize,
     /// For each field, its number of elements, as passed to plugins.
     pub lengths: Vec<u64>,
-    /// Indices of the guards: the word before all fields, and the word after each.
+    /// Indices of the guard words: the word before all fields, and the word after each field.
     ends: Vec<u32>,
     /// The padding between the end of a field and its guard, for fields that have padding.
     pads: Vec<Pad>,
@@ -298,7 +301,7 @@ pub struct Layout {
 struct Pad {
     field: usize,
     word: u32,
-    /// The bits of the word that belong to no element.
+    /// The bits of the word that do not belong to an element.
     mask: u64,
 }
 
@@ -352,7 +355,7 @@ impl Layout {
         Ok(Layout { plan, spans, dims, words, lengths, ends, pads })
     }
 
-    /// Returns the first field that contains a NaN.
+    /// Returns the name of the first field that contains a NaN.
     pub(crate) fn not_a_number<'k>(&self, fields: &[u64], kind: &'k SensorKind) -> Option<&'k str> {
         let is_bad = |i: usize| {
             let (first, n) = self.spans[i];
@@ -394,7 +397,9 @@ impl Layout {
 /// Returns the number of elements of a field, or an error if they exceed the limit.
 fn length(field: &FieldInfo, dims: &[u32; 3]) -> Result<usize, String> {
     let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n as u64 <= MOST_ELEMENTS);
-    n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", field.name))
+    n.ok_or_else(|| {
+        format!("its field `{}` has {dims:?} elements; expected at most {MOST_ELEMENTS} in total", field.name)
+    })
 }
 
 fn element_size(elem: u32) -> usize {

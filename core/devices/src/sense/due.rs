@@ -1,4 +1,4 @@
-//! Selection of the sensors that measure in a step.
+//! Selects the sensors that measure in a step.
 //!
 //! Most sensors measure in every step; they are listed once and not checked again. All other sensors are checked in
 //! each step.
@@ -8,7 +8,7 @@ use std::rc::Rc;
 use super::{Roll, Sensing, Turn, turn::TOGETHER};
 
 impl Sensing {
-    /// Rebuilds the lists of devices of each kind, if they are out of date.
+    /// Rebuilds the list of devices of each kind, if the lists are out of date.
     pub fn list(&mut self) {
         if std::mem::replace(&mut self.listed, true) {
             return;
@@ -23,19 +23,19 @@ impl Sensing {
         self.rolls = rolls.into_iter().map(Rc::new).collect();
     }
 
-    /// Returns a turn for a single device; pass it to [`Sensing::was_alone`] for reuse.
+    /// Returns a turn for a single device. Pass it to [`Sensing::was_alone`] afterwards, so that its memory is reused.
     pub fn alone(&mut self, index: usize) -> Turn {
         let mut turn = std::mem::take(&mut self.alone);
         turn.clear();
         turn.add(index, &self.devices[index]);
         turn
     }
-    /// Stores the turn from [`Sensing::alone`] for reuse.
+    /// Takes back the turn from [`Sensing::alone`], to reuse its memory.
     pub fn was_alone(&mut self, turn: Turn) {
         self.alone = turn;
     }
 
-    /// Returns the devices of a kind, as last listed.
+    /// Returns the devices of a kind, as of the last call to [`Sensing::list`].
     pub fn roll(&self, kind: usize) -> Rc<Roll> {
         self.rolls.get(kind).cloned().unwrap_or_default()
     }

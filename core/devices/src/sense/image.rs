@@ -1,4 +1,4 @@
-//! Images of a batch: the surfaces seen by each pixel of its sensors.
+//! Renders the images of the sensors of a batch.
 
 use ::tatu_beams::{BeamScene, GridCast, GridImage, Light, Want};
 use tatu_plugin_api::abi::*;
@@ -27,7 +27,8 @@ impl Frames {
         self.object.clear();
     }
 
-    /// Adds a sensor's image with the channels in `inputs`; adds nothing for a sensor without an image.
+    /// Adds a sensor's image with the channels that `inputs` (`TATU_IN_*` flags) requests. A sensor without an image
+    /// has no pixels.
     pub fn add(&mut self, plan: &BeamPlan, look: SensorView, seen: &BeamScene, inputs: u32, pool: &rayon::ThreadPool) {
         let begin = self.first.last().copied().unwrap_or(0);
         let Some(grid) = &plan.image else {
@@ -54,7 +55,8 @@ impl Frames {
         take(&mut self.color, &mut self.image.color);
         take(&mut self.cosine, &mut self.image.cosine);
         take(&mut self.object, &mut self.image.object);
-        // The channels that a sensor does not need are filled with zeros, so that pixel indices agree in all channels.
+        // Channels that the sensor does not need are filled with zeros, so that a pixel has the same index in all
+        // channels.
         let end = self.first.last().copied().unwrap_or(0) as usize;
         let lacks = |flag: u32| inputs & plan.without & flag != 0;
         if lacks(TATU_IN_COLOR) {
@@ -69,7 +71,7 @@ impl Frames {
     }
 }
 
-/// Appends an image; the first one of a batch is swapped in without copying.
+/// Appends the pixels of an image. Those of the first image of a batch are swapped in without copying.
 fn take<T: Copy>(to: &mut Vec<T>, from: &mut Vec<T>) {
     if to.is_empty() {
         std::mem::swap(to, from);

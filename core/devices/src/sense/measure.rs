@@ -1,5 +1,5 @@
-//! Batches of sensors of a kind: the beams of many due sensors are cast together, and the plugin is called once for all
-//! of them.
+//! Measures with batches of sensors of a kind: casts the beams of many due sensors together, and calls the plugin once
+//! for all of them.
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
@@ -17,15 +17,15 @@ use super::{
     scratch::{MeasureScratch, Moment},
 };
 
-/// A job: the sensors that measure, and the time.
+/// The sensors of one kind that measure together, and the time of the measurement.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// Index of the kind of these sensors.
     pub kind: usize,
-    /// Indices of [`Sensing::devices`], ascending.
+    /// Indices into [`Sensing::devices`], ascending.
     pub devices: &'a [usize],
-    /// Positions in `devices` at which a new batch begins. They do not depend on the number of threads, so neither does
-    /// which sensors fail together.
+    /// Positions in `devices` at which a new batch begins. They do not depend on the number of threads, so that the
+    /// same sensors fail together with any number of threads.
     pub cuts: &'a [usize],
     /// Options for all these sensors.
     pub options: &'a MeasureOptions,
@@ -42,13 +42,13 @@ pub struct MeasureOptions {
     pub limits: Option<Limits>,
 }
 
-/// The surroundings of a measurement.
+/// The inputs that all measurements share.
 pub struct Around<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The registry of plugins.
     pub registry: &'a Registry,
-    /// Returns the velocity of an object, by slot.
+    /// Returns the linear and angular velocity of the object in a slot.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
     /// The watchdog's record of plugin calls.
     pub watch: &'a Watch,
@@ -60,7 +60,7 @@ pub struct Around<'a> {
 /// plugin reads them.
 const BATCH: usize = 1 << 14;
 
-/// Measures with sensors of one kind; returns those that failed.
+/// Measures with the sensors of a job, and returns those that failed.
 pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     job.shares().flat_map(|devices| in_batches(sensing, &Job { devices, cuts: &[], ..*job }, around)).collect()
 }
@@ -142,7 +142,8 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     failed
 }
 
-/// Adds the aimed rays to those to be cast. A sensor with an invalid ray fails and casts none.
+/// Adds the aimed rays of a batch to the beams to cast. A sensor with an invalid ray fails, and none of its rays is
+/// cast.
 fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
     let mut failed = Vec::new();
     let whole = s.aims.are_whole();

@@ -2,14 +2,14 @@
 //!
 //! - `sensing`: the world's sensors; `device`: a sensor's instance and last reading;
 //! - `turn`, `due`: which sensors measure in a step;
-//! - `plan`: the beams of a device, as its plugin declared them; `aim`: rays that plugins aim before each cast;
+//! - `plan`: the beams of a sensor, as its plugin declares them; `aim`: rays that plugins aim before each cast;
 //! - `targets`: the scene in which beams and images are cast; `outline`: outlines for pictures;
-//! - `cast`, `image`: beams and images of a batch; `measure`: a batch of one kind, cast together, then passed to the
-//!   plugin in one call; `batch`: calls of a kind; `scratch`: its buffers;
+//! - `cast`, `image`: beams and images of a batch; `measure`: casts the beams of a batch and passes it to the plugin in
+//!   one call; `batch`: calls into a kind; `scratch`: the buffers of a batch;
 //! - `physics_step`: sensors that measure after each physics step, such as accelerations, loads and contacts;
 //! - `noise`: the noise that a scene declares for the fields of a sensor, applied after each measurement;
-//! - `random`: random numbers that depend only on seed, sensor and count; `normal`: the inverse of the normal
-//!   distribution function;
+//! - `random`: random numbers that depend only on the seed, the sensor and the measurement count; `normal`: the inverse
+//!   of the normal distribution function;
 //! - `reading_arena`: the memory of readings.
 
 mod aim;

@@ -3,17 +3,17 @@
 //! This is the variant PPND16 of Wichura, "Algorithm AS 241: The percentage points of the normal distribution", Applied
 //! Statistics 37 (1988), 477-484: rational functions, accurate to about 1 in 10^16. Apart from the four basic
 //! operations and the square root, which give the same results on every processor, it needs a logarithm for the tails
-//! (15 % of the numbers); that of the `libm` crate also gives the same results everywhere.
+//! (15 % of the numbers). The logarithm of the `libm` crate gives the same results on every processor as well.
 
-#![allow(clippy::excessive_precision, reason = "the coefficients, digit by digit as printed")]
+#![allow(clippy::excessive_precision, reason = "the coefficients are copied digit by digit from the paper")]
 
-/// Returns the value below which a share `p` of the normal distribution lies; `p` must be between 0 and 1.
+/// Returns the `p`-quantile of the standard normal distribution. `p` must be greater than 0 and less than 1.
 pub(super) fn quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= SPLIT { middle(q) } else { tail(p, q) }
 }
 
-/// Applies `quantile` to many numbers, in place.
+/// Replaces each number by its `quantile`.
 pub(super) fn quantiles(all: &mut [f64]) {
     let mut tails = [0u32; BLOCK + 1];
     for block in all.chunks_mut(BLOCK) {
@@ -153,7 +153,7 @@ mod tests {
         let mut many = p.clone();
         quantiles(&mut many);
         p.iter().zip(&many).for_each(|(p, z)| assert_eq!(quantile(*p).to_bits(), z.to_bits()));
-        // Blocks that contain only tails.
+        // All numbers of the blocks are in a tail.
         let mut tails = [1e-9; BLOCK + 3];
         quantiles(&mut tails);
         assert!(tails.iter().all(|z| *z == quantile(1e-9)));

@@ -1,4 +1,4 @@
-//! Outlines of the beams of a sensor, for pictures.
+//! Computes outlines of the beams of a sensor, for pictures.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ const MOST_RAYS: usize = 60;
 /// Maximum range shown, m.
 const FARTHEST: f64 = 20.0;
 
-/// Returns the edges of a plan's beams; empty for a sensor without beams.
+/// Returns the edges of the beams or image of a plan. The result is empty for a sensor without beams.
 pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
     let (near, far) = (plan.near, plan.far.min(FARTHEST));
     let mut out = Vec::new();
@@ -104,7 +104,7 @@ pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
     out
 }
 
-/// The corners of a rectangle in order.
+/// The corners of a square from -1 to 1, in counterclockwise order.
 const AROUND: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
 
 /// Divides an angle into equal pieces; returns the start and the end of each.

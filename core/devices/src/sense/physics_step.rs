@@ -1,5 +1,5 @@
-//! Sensors that measure after each physics step: their inputs, such as accelerations, loads and contacts, are read from
-//! the engine, and the plugin is called once for all sensors of a kind that are due.
+//! Measures with sensors that measure after each physics step. Their inputs, such as accelerations, loads and contacts,
+//! are read from the engine, and the plugin is called once for all sensors of a kind that are due.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tatu_physics::{BodyId, Contact, Engine, JointId};
@@ -19,7 +19,7 @@ use super::{
 };
 use crate::mount::Mount;
 
-/// The surroundings of the sensors during an advance of the engine.
+/// The inputs of the sensors during an advance of the engine.
 #[derive(Clone, Copy)]
 pub struct StepAround<'a> {
     /// The registry of plugins.
@@ -41,13 +41,13 @@ pub struct StepSensing<'a> {
     /// Handles of the shapes that bodies represent, in order of bodies; empty if no sensor requires contacts.
     shapes: Vec<(BodyId, tatu_object)>,
     contacts: Vec<Contact>,
-    /// For each contact, its body and its index, in order of bodies.
+    /// For each of the two bodies of a contact, the body and the index of the contact, sorted by body.
     touching: Vec<(BodyId, u32)>,
     /// Sensors that failed.
     pub failed: Vec<MeasureFailure>,
 }
 
-/// A sensor, with the joint, the body and the force sensor that its inputs are read from.
+/// A sensor, with the joint, the body and the force sensor from which its inputs are read.
 struct Seat {
     device: usize,
     sensor: tatu_object,
@@ -70,7 +70,7 @@ struct Moving {
 enum FeltJoint {
     /// A joint that the engine moves.
     Engine(JointId),
-    /// The position and velocity of another joint, or zeros if there is none.
+    /// The position and velocity of a joint that the engine does not move, or zeros if there is no joint.
     Still([f64; 2]),
 }
 
@@ -148,7 +148,7 @@ impl<'a> StepSensing<'a> {
         self.kinds = kinds;
     }
 
-    /// Measures with the sensors of a kind that are due.
+    /// Measures with those sensors of a kind that are due.
     fn measure(&mut self, engine: &dyn Engine, part: u32, kind: usize, seats: &mut [Seat]) {
         let StepAround { registry, watch, pool, moment: begin } = self.around;
         let info = &registry.sensors[kind];
@@ -208,7 +208,7 @@ impl Seat {
     ) -> Self {
         let mount = Mount::of(scene, dynamics, d.slot, twist);
         let motion = mount.motion(dynamics.engine());
-        // The search starts at the observed object, or at the sensor, which is not of a kind that it looks for.
+        // The search starts at the observed object or, if there is none, at the sensor, which never matches.
         let first = match d.layout.plan.observed {
             0 => Some(d.slot),
             observed => scene.resolve(observed).ok(),
@@ -246,7 +246,7 @@ impl Seat {
         Moving { pose: motion.pose, twist: motion.twist }
     }
 
-    /// Adds the sensor's inputs for a physics step, except contacts, to those of its batch.
+    /// Adds the sensor's inputs for a physics step to those of its batch, except for contacts.
     fn feel(&self, engine: &dyn Engine, (before, now): (Moving, Moving), dt: f64, inputs: u32, s: &mut MeasureScratch) {
         let pose = halfway(&before.pose, &now.pose);
         let each = |f: &dyn Fn(f64, f64) -> f64| std::array::from_fn(|i| f(before.twist[i], now.twist[i]));

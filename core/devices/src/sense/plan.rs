@@ -1,4 +1,4 @@
-//! Plans of beams: the rays, volume or image of a device, as its plugin declared them.
+//! Plans of beams: the rays, volume or image of a sensor, as its plugin declares them.
 
 use std::{
     f64::consts::{FRAC_PI_2, PI, TAU},
@@ -16,7 +16,7 @@ use tatu_plugins::{
 
 use super::targets::Sees;
 
-/// The beams of a device.
+/// The beams of a sensor.
 #[derive(Debug, PartialEq)]
 pub struct BeamPlan {
     /// Form of the volume, or of a single ray.
@@ -24,11 +24,11 @@ pub struct BeamPlan {
     /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for an image or a sensor without
     /// beams.
     pub directions: Vec<[f64; 3]>,
-    /// For each direction, the rotation that turns +z into it.
+    /// For each direction, a rotation that maps +z to it.
     pub turns: Vec<UnitQuaternion<f64>>,
     /// The rays prepared for casting as a bundle, if there are enough of them.
     pub bundle: Bundle,
-    /// Its image, if it has one.
+    /// The sensor's image, if it has one.
     pub image: Option<Grid>,
     /// Minimum distance of a hit, m.
     pub near: f64,
@@ -36,25 +36,25 @@ pub struct BeamPlan {
     pub far: f64,
     /// Largest angle between a ray and the normal of the face that it hits, rad.
     pub max_incidence: f64,
-    /// The sides of faces that count as hits.
+    /// The sides of faces that can be hit.
     pub faces: Faces,
     /// Whether the sensor's own model is ignored.
     pub skip_model: bool,
-    /// Additional sizes that the dimensions of its fields refer to (`TATU_DIM_OWN`).
+    /// Additional sizes to which the dimensions of the sensor's fields refer (`TATU_DIM_OWN`).
     pub own: [u32; 4],
-    /// Inputs of its kind that this sensor does not need, as `TATU_IN_*` flags.
+    /// Inputs that the sensor's kind requests but this sensor does not need, as `TATU_IN_*` flags.
     pub without: u32,
-    /// Whether it detects visible objects instead of detectable ones.
+    /// Whether the sensor detects visible objects instead of detectable ones.
     pub visible: bool,
-    /// Whether a point found by a volume counts only if no surface is between it and the sensor.
+    /// Whether a volume detects a point only if no surface is between the point and the sensor.
     pub occlude: bool,
-    /// Whether the plugin moves and turns the rays before each cast.
+    /// Whether the plugin sets the origins and directions of the rays before each cast.
     pub aimed: bool,
     /// Origins of the rays in the sensor's frame, m; if empty, all start at the sensor's origin.
     pub origins: Vec<[f64; 3]>,
-    /// Object that the sensor measures instead of those above it; 0 if there is no such object.
+    /// Object that the sensor measures instead of the objects above it in the tree; 0 if there is no such object.
     pub observed: tatu_object,
-    /// Kinds of waves of its beams, `TATU_WAVES_*`, which determine the objects that it detects.
+    /// Kinds of waves of the beams, as `TATU_WAVES_*` flags, which determine the objects that the sensor detects.
     pub waves: u16,
 }
 
@@ -86,7 +86,7 @@ impl BeamPlan {
         self.directions.len() + self.image.map_or(0, |i| i.columns as usize * i.rows as usize)
     }
 
-    /// Returns the actual shape of a field, from its declared one.
+    /// Returns the actual shape of a field, given its declared shape.
     pub fn shape(&self, declared: [u32; 3]) -> [u32; 3] {
         let image = self.image.map_or((0, 0), |i| (i.rows, i.columns));
         declared.map(|d| match d {
@@ -144,17 +144,23 @@ impl BeamPlan {
             TATU_BEAMS_CONE if (0.0..=PI).contains(&raw.dims[0]) => {
                 (Volume::Cone { half_angle: raw.dims[0] }, vec![[0.0, 0.0, 1.0]])
             }
-            TATU_BEAMS_CONE => return Err(format!("a half angle of {} rad; expected 0 to pi", raw.dims[0])),
+            TATU_BEAMS_CONE => {
+                return Err(format!("the half angle of the cone is {} rad; expected 0 to pi", raw.dims[0]));
+            }
             TATU_BEAMS_PYRAMID | TATU_BEAMS_CYLINDER | TATU_BEAMS_DISC => (volume(&raw)?, vec![[0.0, 0.0, 1.0]]),
             TATU_BEAMS_RAYS => (Volume::Ray, rays(&raw)?),
             TATU_BEAMS_NONE | TATU_BEAMS_GRID | TATU_BEAMS_PARALLEL => (Volume::Ray, Vec::new()),
-            form => return Err(format!("beams of form {form} are not supported by this host; expected TATU_BEAMS_*")),
+            form => {
+                return Err(format!(
+                    "beams of form {form} are not supported by this host; expected one of TATU_BEAMS_*"
+                ));
+            }
         };
         if !(raw.near_m >= 0.0 && raw.far_m >= raw.near_m) {
-            return Err(format!("beams from {} m to {} m; expected 0 <= near <= far", raw.near_m, raw.far_m));
+            return Err(format!("the beams range from {} m to {} m; expected 0 <= near <= far", raw.near_m, raw.far_m));
         }
         if !(0.0..=PI).contains(&raw.max_incidence) {
-            return Err(format!("a maximum incidence of {} rad; expected 0 to pi", raw.max_incidence));
+            return Err(format!("the maximum incidence is {} rad; expected 0 to pi", raw.max_incidence));
         }
         let image = image(&raw)?;
         let aimed = raw.form == TATU_BEAMS_RAYS && raw.flags & TATU_BEAMS_AIMED != 0;
@@ -162,7 +168,7 @@ impl BeamPlan {
             true => origins(&raw)?,
             false => Vec::new(),
         };
-        // A bundle has one origin.
+        // All rays of a bundle have the same origin.
         let alone = aimed || !origins.is_empty();
         let bundle = if matches!(volume, Volume::Ray) && !alone { Bundle::new(&directions) } else { Bundle::NONE };
         Ok(BeamPlan {
@@ -187,13 +193,13 @@ impl BeamPlan {
         })
     }
 
-    /// Returns the set of targets of a sensor with this plan. `choice` is the number of its choice of objects.
+    /// Returns the set of targets of a sensor with this plan. `choice` is the number of the sensor's choice of objects.
     pub fn sees(&self, choice: u32) -> Sees {
         Sees { visible: self.visible, waves: self.waves, choice }
     }
 }
 
-/// Returns a pyramid, cylinder or disc, or an error if its sizes are invalid.
+/// Returns the pyramid, cylinder or disc that a plugin declares, or an error if its sizes are invalid.
 fn volume(raw: &tatu_beams) -> Result<Volume, String> {
     let [a, b, c, d, ..] = raw.dims;
     let all = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite() && *x >= 0.0);
@@ -206,7 +212,7 @@ fn volume(raw: &tatu_beams) -> Result<Volume, String> {
     };
     volume.ok_or_else(|| {
         format!(
-            "a volume of form {} with the sizes {:?}; expected sizes of at least 0, and angles of at most a full turn",
+            "the volume of form {} has the sizes {:?}; expected sizes of at least 0, and angles of at most a full turn",
             raw.form, raw.dims
         )
     })
@@ -214,7 +220,7 @@ fn volume(raw: &tatu_beams) -> Result<Volume, String> {
 
 fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     if raw.count[0] > MAX_RAYS {
-        return Err(format!("{} rays; expected at most {MAX_RAYS}", raw.count[0]));
+        return Err(format!("there are {} rays; expected at most {MAX_RAYS}", raw.count[0]));
     }
     if raw.directions.is_null() {
         return Err("the pointer to the directions of the rays is null".into());
@@ -239,9 +245,9 @@ fn origins(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     }
 }
 
-/// Memory of an image per pixel, bytes: depth, colour, normal, object, and the reading. Images that need at most
-/// `SMALL` bytes in total are not checked in advance.
+/// Memory that an image needs per pixel, bytes: depth, colour, normal, object, and the reading.
 const BYTES_PER_PIXEL: usize = 48;
+/// Maximum size of an image whose memory is not checked in advance, bytes.
 const SMALL: usize = 64 << 20;
 
 fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
@@ -249,16 +255,21 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     let view = match raw.form {
         TATU_BEAMS_GRID if raw.dims[0] > 0.0 && raw.dims[0] < PI => View::Perspective { angle: raw.dims[0] },
         TATU_BEAMS_GRID => {
-            return Err(format!("an image angle of {} rad; expected more than 0 and less than pi", raw.dims[0]));
+            return Err(format!(
+                "the image has an angle of {} rad; expected more than 0 and less than pi",
+                raw.dims[0]
+            ));
         }
         TATU_BEAMS_PARALLEL if raw.dims[0] > 0.0 && raw.dims[0].is_finite() => {
             View::Orthographic { width: raw.dims[0] }
         }
-        TATU_BEAMS_PARALLEL => return Err(format!("an image {} m wide; expected more than 0", raw.dims[0])),
+        TATU_BEAMS_PARALLEL => {
+            return Err(format!("the image is {} m wide; expected a finite width greater than 0", raw.dims[0]));
+        }
         _ => return Ok(None),
     };
     if columns == 0 || rows == 0 || columns > MAX_SIDE || rows > MAX_SIDE {
-        return Err(format!("an image of {columns} x {rows} pixels; expected 1 to {MAX_SIDE} per side"));
+        return Err(format!("the image has {columns} x {rows} pixels; expected 1 to {MAX_SIDE} per side"));
     }
     let bytes = columns as usize * rows as usize * BYTES_PER_PIXEL;
     if bytes > SMALL && Vec::<u8>::new().try_reserve_exact(bytes).is_err() {
@@ -271,14 +282,14 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     Ok(Some(Grid { columns, rows, view, near: raw.near_m, far: raw.far_m }))
 }
 
-/// Maximum number of rays of a sensor. A larger number is assumed to be an error, which could cause reads beyond the
+/// Maximum number of rays of a sensor. A larger count is assumed to be an error, which could cause reads beyond the
 /// plugin's memory.
 const MAX_RAYS: u32 = 1 << 24;
 
 /// Maximum number of pixels along one side of an image.
 const MAX_SIDE: u32 = 8192;
 
-/// Returns the rotation that turns +z into a direction, with the least twist.
+/// Returns the rotation by the smallest angle that maps +z to a direction.
 pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(d))
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI))
@@ -288,7 +299,7 @@ pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
 #[derive(Debug, Default)]
 pub struct Bundle(Option<RayBundle>);
 
-/// All bundles are equal: a bundle is derived from the directions of its plan, which are compared as well.
+/// All bundles compare equal, because a bundle is derived from the directions of its plan, which are compared as well.
 impl PartialEq for Bundle {
     fn eq(&self, _: &Self) -> bool {
         true

@@ -1,4 +1,5 @@
-//! Counter-based random numbers of sensors: a function of seed, count and index, independent of earlier draws.
+//! Counter-based random numbers of sensors. Each is a function of the seed, the measurement count and an index, and
+//! does not depend on earlier draws.
 
 use tatu_plugin_api::abi::tatu_random;
 
@@ -13,11 +14,12 @@ pub struct Key {
 }
 
 impl Key {
-    /// Creates a key from the sensor's seed, its number of measurements, and the stream (0 for that of the plugin).
+    /// Creates a key from the sensor's seed, the number of its previous measurements, and the stream, which is 0 for
+    /// the plugin's own numbers.
     pub fn new(seed: u64, drawn: u64, stream: u64) -> Self {
         let at = mixed(mixed(mixed(seed).wrapping_add(drawn)).wrapping_add(stream));
         let step = mixed(at) | 1;
-        // Too regular an increment would make neighbouring numbers similar.
+        // An increment with too few bit transitions would make neighbouring numbers similar.
         let regular = (step ^ (step >> 1)).count_ones() < 24;
         Key { at, step: if regular { step ^ 0xAAAA_AAAA_AAAA_AAAA } else { step } }
     }
@@ -29,13 +31,13 @@ impl Key {
 
     /// Returns number `index` of the standard normal distribution.
     ///
-    /// It is the inverse of the distribution function at a uniform number, so each index has its own number, with the
-    /// same bits on every processor.
+    /// It is computed by the inverse of the distribution function from a single uniform number, so each index has a
+    /// separate number, which has the same bits on every processor.
     pub fn normal(self, index: u64) -> f64 {
         normal::quantile(self.between(index))
     }
 
-    /// Fills `out` with normal numbers from index `first` on, which is faster than generating them one by one.
+    /// Fills `out` with normal numbers, starting at index `first`. This is faster than generating them one by one.
     pub fn normals(self, first: u64, out: &mut [f64]) {
         (first..).zip(out.iter_mut()).for_each(|(i, x)| *x = self.between(i));
         normal::quantiles(out);

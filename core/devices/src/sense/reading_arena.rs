@@ -1,5 +1,5 @@
-//! Memory of readings. Sensors that are created one after the other have adjacent readings, because readings are
-//! written and read in this order.
+//! The memory of readings. Readings are written and read in the order in which their sensors were created, so they are
+//! adjacent in memory in this order.
 
 use std::{
     cell::UnsafeCell,
@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 
 /// Words per chunk of the arena: enough for a few hundred distance sensors.
 const SHELF: usize = 1 << 12;
-/// Readings with more words than this get their own allocation.
+/// Readings with more words than this are allocated separately.
 const LARGE: usize = 1 << 6;
 
-/// The words of a reading, initially zero, at a stable address. A clone has its own memory.
+/// The words of a reading, initially zero, at a stable address. A clone has separate memory.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(from = "Vec<u64>", into = "Vec<u64>")]
 pub struct ReadingBuffer {
@@ -77,7 +77,7 @@ impl Clone for ReadingBuffer {
     }
 }
 
-/// An allocator of buffers, which stay valid after it is dropped.
+/// An allocator of buffers, which remain valid after it is dropped.
 #[derive(Debug, Default)]
 pub struct ReadingArena {
     last: Rc<[UnsafeCell<u64>]>,

@@ -1,4 +1,4 @@
-//! Buffers for a batch of sensors, and the table of them that is passed to a plugin.
+//! Buffers for a batch of sensors, and the table of pointers to them that is passed to a plugin.
 
 use std::ffi::c_void;
 
@@ -18,7 +18,7 @@ use super::{
 pub struct Moment {
     /// Simulation time, s.
     pub time: f64,
-    /// Number of the step, from 0.
+    /// Index of the step, counted from 0.
     pub step: u64,
     /// Duration of the step, s.
     pub dt: f64,
@@ -31,7 +31,7 @@ pub struct Moment {
 pub(super) struct MeasureScratch {
     pub casts: Casts,
     pub aims: Aims,
-    /// For each sensor, its pose and limits, for rays that are added later.
+    /// For each sensor, its pose and limits; they are needed for aimed rays, which are added later.
     pub views: Vec<SensorView>,
     pub frames: Frames,
     pub pose: Vec<[f64; 7]>,

@@ -1,4 +1,4 @@
-//! The sensors of a world, and their readings, which are stored in the host.
+//! The sensors of a world, and their readings.
 
 use std::rc::Rc;
 
@@ -19,7 +19,7 @@ use super::{
 pub struct Sensing {
     /// All sensors; batches refer to them by index.
     pub devices: Vec<Device>,
-    /// For each slot, the index of its device plus one, or 0 without a device.
+    /// For each slot, the index of its device plus one, or 0 if it has no device.
     by_slot: Vec<u32>,
     /// Lists of devices by kind.
     pub(super) rolls: Vec<Rc<Roll>>,
@@ -27,9 +27,9 @@ pub struct Sensing {
     pub(super) alone: Turn,
     /// The targets of beams and images.
     pub targets: Targets,
-    /// The version of the scene's settings that all devices have applied.
+    /// The version of the scene's sensor settings that all devices have applied.
     settled: Option<u64>,
-    /// The version of the scene's shapes for which choices of objects were evaluated.
+    /// The version of the scene's shapes for which the choices of objects were evaluated, if there are any choices.
     chosen: Option<u64>,
     /// Whether `rolls` is up to date.
     pub(super) listed: bool,
@@ -48,11 +48,11 @@ impl Sensing {
         self.devices.push(device);
         self.unsettle();
     }
-    /// Marks that settings of the scene have changed.
+    /// Marks the sensor settings of the scene as changed.
     pub fn unsettle(&mut self) {
         self.settled = None;
     }
-    /// Marks that the lists of due sensors are out of date.
+    /// Marks the lists of due sensors as out of date.
     pub fn relist(&mut self) {
         self.listed = false;
     }
@@ -90,12 +90,13 @@ impl Sensing {
         }
         self.by_slot[slot] = index as u32 + 1;
     }
-    /// Returns the layout of one of the most recently added sensors that equals `layout`, so that they can share it.
+    /// Returns a layout that equals `layout` and belongs to one of the most recently added sensors, so that it can be
+    /// shared.
     pub fn like(&self, layout: &Layout) -> Option<Rc<Layout>> {
         let last = self.devices.iter().rev().take(LOOK_BACK).map(|d| &d.layout);
         last.into_iter().find(|l| ***l == *layout).cloned()
     }
-    /// Returns the index of a sensor's device.
+    /// Returns the index of the device of the object in a slot.
     pub fn index(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
     }
@@ -103,11 +104,11 @@ impl Sensing {
     pub fn in_physics(&self, registry: &Registry) -> bool {
         self.devices.iter().any(|d| registry.sensors[d.kind].in_physics() && !d.off)
     }
-    /// Returns the sensors of a kind.
+    /// Returns the devices of a kind.
     pub fn of_kind(&self, kind: usize) -> impl Iterator<Item = &Device> {
         self.devices.iter().filter(move |d| d.kind == kind)
     }
-    /// Returns the device of a sensor.
+    /// Returns the device of the object in a slot.
     pub fn device(&self, slot: u32) -> Option<&Device> {
         self.index(slot).map(|i| &self.devices[i])
     }

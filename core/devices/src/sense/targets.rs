@@ -1,11 +1,11 @@
-//! The targets of beams and images, updated as objects move.
+//! The targets of beams and images, which are updated as objects move.
 
 use ::tatu_beams::{BeamScene, Target};
 use nalgebra::Isometry3;
 use rayon::ThreadPool;
 use tatu_scene::{Object, Scene, SensorTargets, Shape, visible_parts};
 
-/// The forms of a scene that sensors can see.
+/// The forms of a scene that sensors can detect.
 #[derive(Default)]
 pub struct Targets {
     /// All detectable forms.
@@ -14,9 +14,9 @@ pub struct Targets {
     pub visible: Seen,
     /// Subsets for sensors that do not detect all detectable or visible forms.
     special: Vec<(Sees, Seen)>,
-    /// Choices of objects: for each slot, whether the object is detected. The first choice has number 1.
+    /// Choices of objects: for each choice and each slot, whether the object is detected. Choices are numbered from 1.
     choices: Vec<Vec<bool>>,
-    /// A version of the scene's shapes, and whether it contains shapes that only some kinds of waves detect.
+    /// A version of the scene's shapes, and whether any of them is detected by only some kinds of waves.
     selective: (u64, bool),
 }
 
@@ -27,7 +27,7 @@ pub struct Sees {
     pub visible: bool,
     /// The kinds of waves of its beams, `TATU_WAVES_*`.
     pub waves: u16,
-    /// Number of its choice of objects, see [`Targets::choice`], or 0 for all objects.
+    /// Number of the sensor's choice of objects, as returned by [`Targets::choice`], or 0 for all objects.
     pub choice: u32,
 }
 
@@ -35,22 +35,22 @@ pub struct Sees {
 #[derive(Default)]
 pub struct Seen {
     pub beams: BeamScene,
-    /// The origin of each target.
+    /// For each target, the part of a shape from which it was created.
     places: Vec<Place>,
-    /// For each slot, the index of its first target plus one, or 0 without a target. The targets of a slot are
+    /// For each slot, the index of its first target plus one, or 0 if it has no target. The targets of a slot are
     /// adjacent.
     first: Vec<u32>,
-    /// The versions of the scene's shapes and visibility that the targets were created from.
+    /// The versions of the scene's shapes and visibility from which the targets were created.
     built: (u64, u64),
-    /// The version of the scene's colours that the targets have.
+    /// The version of the scene's colours that the targets reflect.
     colored: u64,
-    /// Position in the scene's list of moves up to which the targets are updated.
+    /// Position in the scene's list of moves up to which the targets are up to date.
     followed: u64,
     /// Reused buffer of targets that have moved.
     moved: Vec<(usize, Isometry3<f64>)>,
 }
 
-/// The origin of a target.
+/// The part of a shape from which a target was created.
 struct Place {
     slot: u32,
     pose: Isometry3<f64>,
@@ -85,7 +85,7 @@ impl Targets {
         self.special[at].1.follow(scene, pool, |slot, o, s| is_chosen(slot) && wanted(o, s));
     }
 
-    /// Returns a set of targets, as last updated.
+    /// Returns a set of targets, as of its last update.
     pub fn seen(&self, sees: Sees) -> &BeamScene {
         let own = self.special.iter().find(|(s, _)| *s == sees).map(|(_, seen)| &seen.beams);
         own.unwrap_or_else(|| self.beams(sees.visible))
@@ -102,11 +102,12 @@ impl Targets {
         self.special.retain(|(sees, _)| sees.choice == 0);
     }
 
-    /// Returns the number of a sensor's choice of objects in the current scene. Equal choices share a number.
+    /// Evaluates a sensor's choice of objects in the current scene, and returns its number. Equal choices share a
+    /// number.
     pub fn choice(&mut self, scene: &Scene, sensor: u32, view: &SensorTargets) -> u32 {
         let found = |paths: &[String]| paths.iter().filter_map(|p| scene.find(sensor, p)).collect::<Vec<_>>();
         let (targets, ignored) = (found(&view.targets), found(&view.ignored));
-        // If all targets of a choice have been removed, nothing is detected, rather than everything.
+        // If a choice lists targets but all of them have been removed, nothing is detected rather than everything.
         let otherwise = view.targets.is_empty();
         let mut chosen = Vec::new();
         // Parents precede their children.

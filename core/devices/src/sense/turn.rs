@@ -1,8 +1,8 @@
-//! Lists of the sensors of a kind that measure together.
+//! The sensors of a kind that measure together.
 
 use super::{device::Device, targets::Sees};
 
-/// Sensors of a kind that are measured together, with the data needed to measure them.
+/// Sensors of a kind that measure together, with the data that this requires.
 #[derive(Debug, Default)]
 pub struct Turn {
     /// Indices of the sensors, ascending.
@@ -13,7 +13,7 @@ pub struct Turn {
     pub sees: Vec<Sees>,
 }
 
-/// The sensors of a kind.
+/// The sensors of a kind, by whether they measure in every step.
 #[derive(Debug, Default)]
 pub struct Roll {
     /// Sensors that measure in every step.
@@ -22,8 +22,7 @@ pub struct Roll {
     pub(super) others: Vec<usize>,
 }
 
-/// Maximum number of sensors in a batch, so that their data stays in the processor's caches while the batch is
-/// measured.
+/// Maximum number of sensors in a batch, so that their data remains in the processor's caches during the measurement.
 pub(super) const TOGETHER: usize = 256;
 
 impl Turn {

@@ -16,10 +16,10 @@ const LONGEST: f64 = 3.2e8;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Job {
-    /// Seed of all random numbers; `None`: the scene's own.
+    /// Seed of all random numbers; if `None`, the scene's own seed is used.
     #[serde(default)]
     pub seed: Option<u64>,
-    /// Changes to the scene, as for `--set`: key and value.
+    /// Changes to the scene, by the keys that `--set` accepts.
     #[serde(default)]
     pub set: BTreeMap<String, Value>,
     /// Simulation time to run, s.
@@ -35,13 +35,13 @@ impl Job {
     /// # Errors
     /// The text is not a job; the message contains the line and what was expected.
     pub fn parse(text: &str) -> Result<Self> {
-        serde_json::from_str(text).map_err(|e| Error::new("E102", format!("this is not a job of a sweep: {e}")))
+        serde_json::from_str(text).map_err(|e| Error::new("E102", format!("the text is not a valid sweep job: {e}")))
     }
 
     pub(super) fn check(&self) -> Result {
         match self.seconds {
             s if s.is_finite() && (0.0..=LONGEST).contains(&s) => Ok(()),
-            s => Err(Error::new("E102", format!("a job cannot run for {s} s")).expected("0 to 3.2e8 s")),
+            s => Err(Error::new("E102", format!("`seconds` is out of range: {s}")).expected("0 to 3.2e8 s")),
         }
     }
 
@@ -54,7 +54,7 @@ impl Job {
     pub(super) fn key(&self, base: &[u8; 32]) -> String {
         let mut hash = Sha256::new();
         hash.update(base);
-        // Maps are ordered, and numbers are written with all their digits, so equal jobs have equal text.
+        // Maps are ordered, and numbers are written with all their digits, so equal jobs are serialised to equal text.
         hash.update(serde_json::to_vec(self).unwrap_or_default());
         hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect()
     }
@@ -68,7 +68,7 @@ fn toml(value: &Value) -> String {
             let pairs = all.iter().map(|(k, v)| format!("{} = {}", Value::from(k.as_str()), toml(v)));
             format!("{{{}}}", pairs.collect::<Vec<_>>().join(", "))
         }
-        // Numbers, strings and Booleans are written the same way in both formats.
+        // The syntax of numbers, strings and Booleans is the same in both formats.
         other => other.to_string(),
     }
 }

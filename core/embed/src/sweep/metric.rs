@@ -1,4 +1,4 @@
-//! Metrics: numbers that are computed from a run.
+//! Metrics: values that are computed from a run.
 
 use serde::{Deserialize, Serialize};
 use tatu_core::{
@@ -6,11 +6,11 @@ use tatu_core::{
     errors::{Error, Result},
 };
 
-/// A number that is computed from a run.
+/// The definition of a value that is computed from a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Metric {
-    /// Path of the object; empty: the world.
+    /// Path of the object, or an empty string for the world.
     pub object: String,
     /// Name of a property, or of a field of the object's readings.
     pub field: String,
@@ -63,7 +63,7 @@ pub enum Over {
     Way,
 }
 
-/// A metric of a run in progress.
+/// The evaluation of a metric during a run.
 pub(super) struct Taken<'a> {
     name: &'a str,
     metric: &'a Metric,
@@ -82,7 +82,10 @@ impl<'a> Taken<'a> {
         let channel = channel.map_err(|r| wrong(name, &r.1))?;
         let count = channel.shape.iter().product();
         if let Some(index) = metric.index.filter(|i| *i >= count) {
-            let text = format!("`{}` of {} has {count} elements, but no element {index}", metric.field, metric.object);
+            let text = format!(
+                "`{}` of {} has {count} elements, so the index {index} is out of range",
+                metric.field, metric.object
+            );
             return Err(wrong(name, &text).expected(format!("an index from 0 to {}", count.saturating_sub(1))));
         }
         let mut taken =
@@ -142,5 +145,5 @@ impl Reduce {
 }
 
 fn wrong(name: &str, text: &str) -> Error {
-    Error::new("E102", format!("the metric `{name}`: {text}"))
+    Error::new("E102", format!("metric `{name}`: {text}"))
 }

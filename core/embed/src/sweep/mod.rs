@@ -1,7 +1,7 @@
 //! Many runs of one scene that differ in seeds and parameters. Each run is a pure function of its [`Job`] and of the
 //! scene's files and plugins, and produces a [`Row`].
 //!
-//! - `job`: one run and its key; `metric`: numbers that are computed from a run;
+//! - `job`: one run and its key; `metric`: values that are computed from a run;
 //! - [`plan`]: the jobs of a sweep file.
 
 mod job;
@@ -35,8 +35,8 @@ use metric::Taken;
 pub struct Sweep {
     header: Header,
     registry: Arc<Registry>,
-    /// Hash of the scene's files and of the plugins' libraries. It is part of the keys of jobs, so that equal keys mean
-    /// equal runs.
+    /// Hash of the scene's files and of the plugins' libraries. It is part of the key of each job, so that jobs with
+    /// equal keys have equal results.
     base: [u8; 32],
 }
 
@@ -45,9 +45,9 @@ pub struct Sweep {
 pub struct Row {
     /// Key of the job.
     pub key: String,
-    /// Seed of the run; `None`: the scene's own.
+    /// Seed of the run; `None` stands for the scene's own seed.
     pub seed: Option<u64>,
-    /// Changes to the scene, by setting.
+    /// Changes to the scene, by key.
     pub set: std::collections::BTreeMap<String, serde_json::Value>,
     /// Number of steps run.
     pub steps: u64,
@@ -57,7 +57,7 @@ pub struct Row {
     pub metrics: std::collections::BTreeMap<String, Option<f64>>,
     /// Hash of the state at the end.
     pub hash: String,
-    /// Number of errors of scripts and plugins.
+    /// Number of errors raised by scripts and plugins.
     pub faults: u64,
 }
 
@@ -99,13 +99,13 @@ impl Sweep {
         serde_json::to_string(&header).map_err(|e| Error::new("E105", format!("the scene cannot be bundled: {e}")))
     }
 
-    /// Loads the plugins for a bundle.
+    /// Reads a bundle, and loads the plugins that it needs.
     ///
     /// # Errors
     /// The text is not a bundle, or a plugin that it needs is missing or has another version.
     pub fn open(bundle: &str) -> Result<Self> {
         let header: Header = serde_json::from_str(bundle).map_err(|e| {
-            Error::new("E116", format!("the bundle of a scene cannot be read: {e}"))
+            Error::new("E116", format!("the scene bundle cannot be parsed: {e}"))
                 .help("create it again with this version of the program")
         })?;
         share_process();
@@ -126,12 +126,12 @@ impl Sweep {
         Ok(Sweep { header, registry, base: hash.finalize().into() })
     }
 
-    /// Returns the key of a job: equal keys mean equal rows.
+    /// Returns the key of a job. Jobs with equal keys have equal rows.
     pub fn key(&self, job: &Job) -> String {
         job.key(&self.base)
     }
 
-    /// Runs a job on a thread of its own. `record` is a file for the input log, from which `tatu run --replay` repeats
+    /// Runs a job on a separate thread. `record` is a file for the input log, from which `tatu run --replay` repeats
     /// the run.
     ///
     /// # Errors

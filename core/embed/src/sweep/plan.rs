@@ -32,11 +32,11 @@ const MOST_JOBS: usize = 100_000_000;
 pub struct Plan {
     /// The scene file. A relative path in a sweep file starts at the folder of that file.
     pub scene: PathBuf,
-    /// Seeds; each combination is run with each of them.
+    /// Seeds; every combination of parameters is run with each seed. `None` stands for the scene's own seed.
     pub seeds: Vec<Option<u64>>,
-    /// Values of parameters, in order; each combination is run.
+    /// Parameters in the order of the file, each with its values; every combination of values is run.
     pub grid: Vec<(String, Vec<Value>)>,
-    /// The settings that all jobs have in common.
+    /// The seed-independent settings that all jobs have in common.
     pub common: Job,
 }
 
@@ -44,7 +44,7 @@ impl Plan {
     /// Parses the text of the sweep file `file`.
     ///
     /// # Errors
-    /// The text is not TOML, has an unknown key, or has a value of the wrong type.
+    /// The text is not TOML, contains an unknown key or an invalid value, or describes too many jobs.
     pub fn parse(file: &Path, text: &str) -> Result<Self> {
         let wrong = |text: String| Error::new("E102", format!("{}: {text}", file.display()));
         let doc: DocumentMut =
@@ -56,9 +56,11 @@ impl Plan {
         }
         let folder = file.parent().unwrap_or(Path::new(""));
         let scene = doc.get("scene").and_then(Item::as_str);
-        let scene = scene.ok_or_else(|| wrong("`scene` is missing".into()).expected("the path of a scene file"))?;
+        let scene = scene
+            .ok_or_else(|| wrong("`scene` is missing or not a string".into()).expected("the path of a scene file"))?;
         let seconds = doc.get("seconds").and_then(|s| s.as_float().or(s.as_integer().map(|i| i as f64)));
-        let seconds = seconds.ok_or_else(|| wrong("`seconds` is missing".into()).expected("a number"))?;
+        let seconds =
+            seconds.ok_or_else(|| wrong("`seconds` is missing or not a number".into()).expected("a number, s"))?;
         let table = |key: &str| match doc.get(key) {
             None => Ok(None),
             Some(item) => match item.as_table_like() {
@@ -70,30 +72,36 @@ impl Plan {
         for (key, item) in table("grid")?.into_iter().flat_map(TableLike::iter) {
             match json(item) {
                 Some(Value::Array(values)) if !values.is_empty() => grid.push((key.to_owned(), values)),
-                _ => return Err(wrong(format!("the values of `{key}` are not a list")).expected("a list of values")),
+                _ => return Err(wrong(format!("`{key}` is not a list of values")).expected("at least one value")),
             }
         }
         for (key, item) in table("set")?.into_iter().flat_map(TableLike::iter) {
-            let value = json(item).ok_or_else(|| wrong(format!("`{key}` has a value that a setting cannot have")))?;
+            let value = json(item)
+                .ok_or_else(|| wrong(format!("`{key}` has a value that is not supported, such as a date")))?;
             set.insert(key.to_owned(), value);
         }
         for (key, item) in table("metrics")?.into_iter().flat_map(TableLike::iter) {
             let metric = json(item).map(serde_json::from_value::<Metric>);
             match metric {
                 Some(Ok(metric)) => drop(metrics.insert(key.to_owned(), metric)),
-                Some(Err(e)) => return Err(wrong(format!("the metric `{key}`: {e}"))),
-                None => return Err(wrong(format!("the metric `{key}` is not a table"))),
+                Some(Err(e)) => return Err(wrong(format!("metric `{key}`: {e}"))),
+                None => {
+                    return Err(wrong(format!(
+                        "metric `{key}` contains a value that is not supported, such as a date"
+                    )));
+                }
             }
         }
         let seeds = match doc.get("seeds") {
             None => vec![None],
             Some(item) => seeds(item).ok_or_else(|| {
-                wrong("`seeds` is invalid".into()).expected("a list of integers, or { first = 0, count = 100 }")
+                wrong("`seeds` is invalid".into())
+                    .expected("a list of integers, at least 0, or { first = 0, count = 100 }")
             })?,
         };
         let common = Job { seed: None, set, seconds, metrics };
         common.check().map_err(|e| wrong(e.text).expected("0 to 3.2e8 s"))?;
-        // A scene beside the file, or one that comes with the program.
+        // A scene beside the sweep file has precedence over one that comes with the program.
         let beside = folder.join(scene);
         let named = scene_file(Path::new(scene));
         let scene = if !beside.exists() && named.is_file() { named } else { beside };
@@ -101,11 +109,11 @@ impl Plan {
         let count = plan.grid.iter().try_fold(plan.seeds.len(), |n, (_, values)| n.checked_mul(values.len()));
         match count.filter(|n| *n <= MOST_JOBS) {
             Some(_) => Ok(plan),
-            None => Err(wrong("too many combinations".into()).expected(format!("at most {MOST_JOBS}"))),
+            None => Err(wrong("the sweep has too many jobs".into()).expected(format!("at most {MOST_JOBS}"))),
         }
     }
 
-    /// Number of jobs.
+    /// Returns the number of jobs.
     pub fn count(&self) -> usize {
         self.grid.iter().fold(self.seeds.len(), |n, (_, values)| n * values.len())
     }
@@ -193,7 +201,7 @@ mod tests {
             ("seconds = 1", "`scene` is missing"),
             ("scene = 'a'\nseconds = -1", "0 to 3.2e8 s"),
             ("scene = 'a'\nseconds = 1\nseeds = []", "a list of integers"),
-            ("scene = 'a'\nseconds = 1\n[grid]\nx = 3", "the values of `x` are not a list"),
+            ("scene = 'a'\nseconds = 1\n[grid]\nx = 3", "`x` is not a list of values"),
             ("scene = 'a'\nseconds = 1\n[metrics]\nx = {object = '/a', field = 'b', over = 'maximum'}", "maximum"),
             ("scene = ", "expected"),
         ] {

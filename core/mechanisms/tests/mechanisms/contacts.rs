@@ -9,7 +9,7 @@ use super::robots::{gravity, load};
 
 const H: f64 = 1.25e-3;
 
-/// Trees, and everything that their steps need.
+/// Trees with the states, drives, solvers and contacts of their steps.
 struct World {
     trees: Vec<Tree>,
     states: Vec<State>,

@@ -129,7 +129,7 @@ fn stiff_gains_do_not_pass_their_bound_either() {
             for _ in 0..2000 {
                 let report = solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
                 assert!(report.met);
-                // Check the force that acts, not only the reported one.
+                // Check the force that actually acts, not only the reported force.
                 let acts = 0.5 * solver.accelerations()[0];
                 assert!(acts.abs() <= 3.0 * (1.0 + 1e-8), "{stiffness} {damping}: {acts}");
                 assert!((acts - solver.efforts().drive[0]).abs() <= 1e-8);

@@ -1,4 +1,4 @@
-//! Tests of properties of all trees, with random trees.
+//! Tests of properties that all trees must have, with random trees.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use tatu_mechanisms::{Drives, Dynamics, Kinematics, Solver, State, Tree};

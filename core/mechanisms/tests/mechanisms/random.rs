@@ -1,4 +1,4 @@
-//! Pseudorandom trees and states, the same in every run.
+//! Pseudorandom trees and states, which are the same in every run.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use tatu_mechanisms::{Joint, Link, State, Tree};

@@ -106,7 +106,7 @@ fn numbers_of_any_size_are_refused_or_give_finite_states() {
     let mut random = Random::new(11);
     let mut taken = 0;
     for k in 0..30_000 {
-        // Sometimes all values have any magnitude, but usually only one or two.
+        // In some rounds all values have arbitrary magnitudes, but in most rounds only one or two do.
         let share = if k % 4 == 0 { 2 } else { 12 };
         let mut number = |ordinary: f64| if random.below(share) == 0 { random.any() } else { ordinary };
         let mut links =

@@ -120,8 +120,9 @@ impl Rapier {
                 continue;
             };
             match (respond::responds(old, new), respond::responds_by_groups(old, new)) {
-                // The collision groups would let them collide, so one of the two needs the filter. The older body gets
-                // it, which is usually the base of a robot, so that its wheels touch the floor without a filter.
+                // The collision groups would let them collide, so one of the two needs the filter. It is enabled for
+                // the older one, which is usually the base of a robot. The robot's wheels then touch the floor without
+                // a filter.
                 (false, true) => self.filter(other, false),
                 (true, false) => tree.wide = true,
                 _ => {}
@@ -176,7 +177,7 @@ impl Rapier {
         }
     }
 
-    /// Returns whether the body's friction with some other body may exceed the maximum.
+    /// Returns whether the body's friction with some other body can exceed the maximum.
     fn may_stick(&self, id: BodyId) -> bool {
         let colliders = self.record(id).map(|r| self.world.bodies[r.handle].colliders());
         let mut colliders = colliders.into_iter().flatten().filter_map(|c| self.world.colliders.get(*c));
@@ -242,10 +243,10 @@ impl Rapier {
         self.tables.moving.entry(body).or_insert((from, pose)).1 = pose;
     }
 
-    /// Prepares a body for a joint. The body stays awake, since a wheel that creeps along under its motor may be slower
-    /// than any threshold. If the joint connects bodies of very different mass, an iteration is added for its contacts
-    /// and joints in each sub-step: a 16 kg chassis on a 0.25 kg caster converges slowly, and would otherwise tilt by
-    /// 0.4 degrees instead of 0.3.
+    /// Prepares a body for a joint. The body remains awake, because a wheel that creeps along under its motor can be
+    /// slower than any threshold. If the joint connects bodies of very different mass, an iteration is added for the
+    /// body's contacts and joints in each sub-step, because the solution converges slowly: without it, a 16 kg chassis
+    /// on a 0.25 kg caster tilts by 0.4 degrees instead of 0.3.
     pub(super) fn prepare_for_joint(&mut self, body: BodyId, uneven: bool) {
         let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {
             return;
@@ -298,7 +299,7 @@ impl Rapier {
     }
 }
 
-/// Returns whether the axis about which a free body with this inertia turns may move.
+/// Returns whether the axis about which a free body with this inertia rotates can move.
 fn is_uneven(inertia: &Matrix3<f64>) -> bool {
     let even = Matrix3::from_diagonal_element(inertia.trace() / 3.0);
     (inertia - even).amax() > 1e-9 * inertia.trace()

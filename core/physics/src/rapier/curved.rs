@@ -5,8 +5,9 @@
 //! pushes behind the axle, and a can that rolls at 0.02 m/s is accelerated to 0.17 m/s, as if it rolled down a slope of
 //! half a degree.
 //!
-//! For any two forms, rapier keeps the points until one has moved by 5 cm relative to the other. That is far for a pad
-//! of a gripper: a pad continued to press with 150 N on a cube that it had released and that was 15 mm away.
+//! For any two forms, rapier keeps the points until one has moved by 5 cm relative to the other. This distance is too
+//! large for the pad of a gripper: a pad continued to press with 150 N on a cube that it had released, and that was 15
+//! mm away.
 
 use rapier3d::{
     geometry::{ContactData, ContactManifold, ContactManifoldData, Shape},
@@ -23,7 +24,7 @@ use tatu_geometry::{Form, Mesh};
 /// A dispatcher that discards the points of contacts with cylinders, and leaves everything else to parry.
 struct Forgets;
 
-/// Maximum extent of a small form, m: 1.6 times the distance that bodies may move before rapier updates their contacts.
+/// Maximum extent of a small form, m: 1.6 times the distance that bodies can move before rapier updates their contacts.
 const SMALL: f64 = 0.08;
 
 /// Returns a hook that keeps rapier from reusing contacts over several steps, which it does only for colliders without

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{BodyId, Drive, Engine};
 
-/// Fraction of its limit above which a drive counts as having reached the limit.
+/// Fraction of its limit above which a drive is considered to have reached the limit.
 const AT_LIMIT: f64 = 0.999;
 
 impl Rapier {
@@ -51,8 +51,8 @@ impl Rapier {
             };
             let was_free = joint.data.motor_axes.is_empty();
             joints::apply(&mut joint.data, record);
-            // The number of iterations depends only on masses and frames, so it is
-            // updated only when a joint starts to be driven.
+            // The number of iterations depends only on masses and frames, so it is updated only when a joint starts to
+            // be driven.
             if record.drive == Drive::Free || !was_free || record.reduced().is_some() {
                 continue;
             }
@@ -98,7 +98,7 @@ impl Rapier {
         (pose(record.bodies.0) * record.frames.0, pose(record.bodies.1) * record.frames.1)
     }
 
-    /// Updates the speeds of drives whose limit falls with speed.
+    /// Updates the recorded speeds of drives whose limit falls with speed.
     pub(super) fn weaken_drives(&mut self) {
         for i in 0..self.tables.weakening.len() {
             let id = self.tables.weakening[i];
@@ -110,7 +110,7 @@ impl Rapier {
             let row = record.driven().and_then(|j| self.world.impulse_joints.get(j));
             let (Some(axis), Some(row)) = (record.kind.free_axis(), row) else { continue };
             let motor = row.data.motors[axis as usize];
-            // The joint stays on the torque-speed line until it is faster than its target.
+            // The joint remains on the torque-speed line until it is faster than its target.
             let beyond = (motor.target_vel - state.velocity) * state.effort > 0.0;
             record.at_limit = match record.at_limit {
                 true => joints::wanted(record).is_none_or(|w| (w - state.velocity) * state.effort > 0.0),

@@ -11,12 +11,12 @@ const ABOUT: usize = 5;
 
 /// Fraction of a coupling's error that is corrected per step. Rapier would correct all of it in each sub-step, before
 /// contacts and even in the pass without friction. Light geared fingers would then push the object between them back
-/// and forth until it slips through. Fingers of 15 g hold 0.2 kg at fractions from 0.2 to 0.5, and lose it at 0.9 and
+/// and forth until it slips through. Fingers of 15 g hold 0.2 kg at fractions from 0.2 to 0.5, and drop it at 0.9 and
 /// at 0.05.
 const MADE_UP: f64 = 0.2;
 
-/// Returns the index of the driven degree of freedom of a joint, and that of its coordinate: a screw slides before it
-/// turns.
+/// Returns the index of the driven degree of freedom of a joint, and that of its coordinate. The first degree of
+/// freedom of a screw is its translation, and the second one, which is driven, its rotation.
 pub(super) fn coordinate(kind: JointKind) -> (usize, usize) {
     match kind {
         JointKind::Screw(_) => (1, ABOUT),
@@ -66,7 +66,7 @@ impl Rapier {
             return;
         }
         if let Some(multibody) = self.world.multibody_joints.get_multibody_mut(leader.0) {
-            // Rapier couples its own coordinates, in which positions are counted from each joint's `zero`.
+            // Rapier couples its own coordinates, in which positions are measured from each joint's `zero`.
             let offset = gear.offset + gear.ratio * leader.3 - joint.3;
             let [leader, joint] = [leader, joint].map(|(_, link, (dof, axis), _)| (link, dof, axis));
             add(multibody, leader, joint, gear.ratio, offset);

@@ -110,7 +110,7 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         Drive::Velocity { target, max_force, .. } => motor(target, max_force),
         // The same force acts on both bodies along the axis, which is updated in each sub-step.
         Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
-        // Rapier's own spring is not used: its speed would depend on the number of sub-steps.
+        // Rapier's own spring is not used, because its speed would depend on the number of sub-steps.
         Drive::Position { max_force, .. } => motor(record.pursuit, max_force),
     };
     let motor = match record.passive.no_load_speed > 0.0 {
@@ -122,7 +122,7 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
 }
 
 /// Returns a motor whose limit falls with its speed. Once the motor has reached the limit, it follows its torque-speed
-/// line, as a motor with finite damping does, so that it settles at the speed at which the line meets the load.
+/// line, as a motor with finite damping does, and settles at the speed at which its torque equals the load.
 fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
     let (no_load, speed) = (record.passive.no_load_speed, record.speed);
     let wanted = wanted(record).unwrap_or(motor.target_vel);
@@ -136,7 +136,7 @@ fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
         return JointMotor { target_vel: direction * no_load, damping, ..motor };
     }
     JointMotor {
-        // A light load would be faster than the motor can turn within a sub-step.
+        // Without this limit, a light load could exceed the no-load speed within a sub-step.
         target_vel: motor.target_vel.clamp(-no_load, no_load),
         max_force: motor.max_force * (1.0 - direction * speed / no_load).max(0.0),
         ..motor

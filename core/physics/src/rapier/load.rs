@@ -87,7 +87,7 @@ impl Rapier {
     fn contact_forces(&self, ids: &[BodyId]) -> (Vector, Vector) {
         let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
         for id in ids {
-            // Rapier has no contact forces for bodies that trees move; `touches` has them.
+            // Rapier has no contact forces for bodies that trees move; `touches` contains them.
             let Some(handle) = self.record(*id).filter(|r| !r.in_tree).map(|r| r.handle) else { continue };
             for collider in self.world.bodies[handle].colliders() {
                 for pair in self.world.narrow_phase.contact_pairs_with(*collider) {

@@ -3,7 +3,7 @@
 //! The engine pushes bodies apart faster the deeper they overlap. If a joint holds them together, the push has no
 //! effect and grows in each sub-step; the slightest tilt then turns it into a kick of hundreds of m/s along the free
 //! axes of the joint. The contacts of such pairs are therefore reported to the solver with a smaller depth, until the
-//! two have separated.
+//! two bodies have separated.
 
 use std::collections::BTreeMap;
 
@@ -15,14 +15,14 @@ use rapier3d::{
 use super::{records::Parting, respond, state::Rapier};
 use crate::{BodyId, Motion};
 
-/// Speed of separation, m/s.
+/// Speed at which overlapping bodies are separated, m/s.
 const PARTING_SPEED: f64 = 0.2;
 
-/// Minimum depth at which bodies of one mechanism count as overlapping by design, m.
+/// Minimum depth at which bodies of one mechanism are considered to overlap by design, m.
 const FITTED: f64 = 1e-4;
 
 /// Interval at which the separation of a pair is checked, s. A pair that has separated by less than a tenth of the
-/// distance at `PARTING_SPEED` in this time is left as it is.
+/// distance at `PARTING_SPEED` in this time is no longer separated.
 const PATIENCE_S: f64 = 0.1;
 
 /// A collider, with the data needed to find overlaps.
@@ -112,7 +112,7 @@ impl Rapier {
         met.ok().flatten().map_or(-1.0, |c| -c.dist)
     }
 
-    /// Returns, for each body with joints, the lowest id of its mechanism.
+    /// Returns the lowest body id in the mechanism of each body with joints.
     fn mechanisms(&self) -> BTreeMap<BodyId, BodyId> {
         let mut above: BTreeMap<BodyId, BodyId> = BTreeMap::new();
         fn root(above: &BTreeMap<BodyId, BodyId>, mut id: BodyId) -> BodyId {
@@ -148,7 +148,7 @@ impl Rapier {
             parting.fit = parting.fit.min(depth);
             parting.asked.1 += step;
             if parting.asked.1 >= PATIENCE_S {
-                // A pair that cannot separate stays as it is.
+                // A pair that cannot separate keeps its overlap.
                 if parting.asked.0 - depth < 0.1 * PARTING_SPEED * parting.asked.1 {
                     parting.fit = depth;
                 }

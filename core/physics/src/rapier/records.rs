@@ -11,20 +11,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::{BodyId, Drive, JointId, JointKind, Motion, Passive, Respond, Wrench, convert};
 
-/// The record of a body.
+/// The engine's data about a body.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct BodyRecord {
     pub handle: RigidBodyHandle,
     pub motion: Motion,
     pub respond: Respond,
-    /// Centre of mass in the body's frame. Rapier's body has its origin there, because rapier's reduced form turns a
+    /// Centre of mass in the body's frame. It is the origin of rapier's body, because rapier's reduced form rotates a
     /// free root about its origin.
     pub com: Vector,
     /// Number of joints attached to the body.
     pub joints: u32,
     /// Whether the principal moments of inertia differ.
     pub uneven: bool,
-    /// Whether a tree moves the body, so that rapier treats it as kinematic: see [`super::trees`].
+    /// Whether a tree moves the body, in which case rapier treats it as kinematic: see [`super::trees`].
     pub in_tree: bool,
 }
 
@@ -49,11 +49,11 @@ impl BodyRecord {
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Tree {
     pub members: Vec<BodyId>,
-    /// Whether the low bytes let some pair collide that the high bytes alone would not.
+    /// Whether the low bytes let some pair collide for which the high bytes alone would not allow it.
     pub wide: bool,
 }
 
-/// The record of a joint.
+/// The engine's data about a joint.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct JointRecord {
     pub held: Held,
@@ -68,7 +68,7 @@ pub(super) struct JointRecord {
     pub zero: f64,
     /// A position within half a turn of the current one, rad.
     pub near: f64,
-    /// Whether the joint may be geared to another joint.
+    /// Whether the joint can be geared to another joint.
     pub geared: bool,
     /// Whether the joint closes a loop: other joints already connect its bodies.
     pub closes_loop: bool,
@@ -82,7 +82,7 @@ pub(super) struct JointRecord {
     pub speed: f64,
     /// Whether the drive reached its limit in the last step.
     pub at_limit: bool,
-    /// Dry friction that is subtracted from the drive's limit instead of having a constraint of its own, N m or N.
+    /// Dry friction that is subtracted from the drive's limit instead of having a separate constraint, N m or N.
     pub folded: f64,
     /// Whether `drive` has not been passed to rapier yet.
     pub changed: bool,
@@ -96,7 +96,7 @@ pub(super) enum Held {
     Tree(Tied),
 }
 
-/// A joint of a tree.
+/// The data of a joint that a tree solves.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Tied {
     /// Effort of the drive, averaged over the last step, N m or N.
@@ -126,7 +126,7 @@ impl JointRecord {
     }
 }
 
-/// The state of a controller.
+/// The state of the controller of a position drive.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Memory {
     /// Integral of the error, rad s or m s.
@@ -166,7 +166,7 @@ pub(super) struct Grip {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Measured {
     pub joint: JointId,
-    /// All bodies below the joint, in order of ids.
+    /// All bodies below the joint, in ascending order of ids.
     pub bodies: Vec<BodyId>,
     /// Momentum of these bodies before the step, and the forces applied to them; `None` before the first step.
     pub before: Option<Sum>,

@@ -88,12 +88,12 @@ impl Rapier {
         if joint.anchored && !others.into_iter().any(|o| o.parent == joint.parent) {
             self.world.remove_body(joint.parent);
         }
-        // Bodies that have been attached keep their motion.
+        // The bodies that were attached keep their motion.
         self.tables.moved.extend([record.bodies.0, record.bodies.1]);
     }
 
     /// Subtracts from each joint's damping what rapier's implicit spring adds to it, `stiffness * sub-step`, if the
-    /// spring is slow enough for the sub-steps to stay stable without it.
+    /// spring is slow enough for the sub-steps to remain stable without it.
     pub(super) fn set_springs(&mut self) {
         self.tables.springs_changed = false;
         let h = self.world.integration_parameters.dt / self.tables.substeps as f64;
@@ -144,8 +144,8 @@ impl Rapier {
     }
 
     /// Doubles the number of sub-steps while a mechanism swings so fast that it would gain or lose energy: a double
-    /// pendulum that falls from horizontal keeps its energy to 2 % instead of 10 %. The number stays doubled for a
-    /// while or until the mechanism has come to rest, because each change of the sub-step costs energy too: a pendulum
+    /// pendulum that falls from horizontal keeps its energy to 2 % instead of 10 %. The number remains doubled for a
+    /// while or until the mechanism has come to rest, because each change of the sub-step also costs energy: a pendulum
     /// with changes in each swing would lose 10 % in 100 s.
     pub(super) fn choose_substeps(&mut self) {
         let (usual, dt) = (self.tables.substeps, self.world.integration_parameters.dt);
@@ -277,7 +277,7 @@ fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
                     ),
                 };
             }
-            // A screw.
+            // A screw, with the degrees of freedom translation and rotation.
             2 => {
                 let axis = frame_a.rotation * Vector::Z;
                 let coordinates = link.joint().coords();

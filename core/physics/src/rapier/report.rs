@@ -76,7 +76,7 @@ pub(super) fn face(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManif
         Some((handle, world.bodies.get(handle)?))
     };
     // Rapier finds contacts before it moves the bodies, and reuses them while the bodies move little. The vector from
-    // the centre of mass of a dynamic body to the contact stays valid.
+    // the centre of mass of a dynamic body to the contact remains valid.
     let (a, b) = (body(pair.collider1)?, body(pair.collider2)?);
     let (on_first, arm_of) = if a.1.is_dynamic() { (true, a.1) } else { (false, b.1) };
     let in_mechanism = [a.0, b.0].iter().any(|h| world.multibody_joints.rigid_body_link(*h).is_some());

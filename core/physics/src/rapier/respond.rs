@@ -50,8 +50,8 @@ pub(super) fn responds_by_groups(a: Respond, b: Respond) -> bool {
     a.mask & b.mask & 0xff00 != 0
 }
 
-/// Returns groups that pass exactly the pairs that the high bytes allow or, if `low_too`, all pairs that the low or the
-/// high bytes allow, among which the filter then decides.
+/// Returns collision groups that pass exactly the pairs that the high bytes allow. If `low_too` is set, they pass all
+/// pairs that the low or the high bytes allow, and the filter decides among these.
 pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
     let bits = if low_too { mask } else { mask & 0xff00 };
     let group = Group::from_bits_truncate(u32::from(bits));
@@ -79,7 +79,7 @@ impl PairFilter<'_> {
     }
 }
 
-/// Returns the friction and restitution set for two materials, or `None` if none are set.
+/// Returns the friction and restitution that are set for two materials, or `None` if none are set.
 pub(super) fn of_materials(pairs: &[MaterialPair], a: u32, b: u32) -> Option<&MaterialPair> {
     if a == 0 || b == 0 {
         return None;
@@ -131,7 +131,7 @@ impl PhysicsHooks for PairFilter<'_> {
             let along = belts - *face.normal * belts.dot(*face.normal);
             face.solver_contacts.iter_mut().for_each(|c| c.tangent_velocity += along);
         }
-        // Anisotropic friction has constraints of its own.
+        // Anisotropic friction has separate constraints.
         if [first, second].iter().any(|s| s.is_some_and(|s| s.axis.is_some())) {
             *face.friction = 0.0;
         }

@@ -1,16 +1,16 @@
-//! Sleeping: only bodies that rest on something may sleep. A body that drifts slowly through space keeps drifting.
+//! Sleeping. Only bodies that rest on something can sleep; a body that drifts slowly through space continues to drift.
 
 use rapier3d::dynamics::{RigidBody, RigidBodyHandle};
 
 use super::state::Rapier;
 use crate::Motion;
 
-/// Speed, m/s and rad/s, below which a body without joints may sleep. A settled pile of 1000
-/// boxes is 26 times cheaper asleep. Rapier's default is much higher: with it, a ball that begins to roll down a gentle
-/// slope would never get going.
+/// Speed, m/s and rad/s, below which a body without joints can sleep. A settled pile of 1000 boxes is 26 times cheaper
+/// while it sleeps. Rapier's default is much higher: with it, a ball on a gentle slope would fall asleep before it
+/// starts to roll.
 const SLEEP_SPEED: f64 = 0.002;
 
-/// Time that a body must stay this slow before it sleeps, s.
+/// Time for which a body must remain this slow before it sleeps, s.
 const SLEEP_TIME: f64 = 1.0;
 
 pub(super) fn set(body: &mut RigidBody, may: bool) {
@@ -22,7 +22,7 @@ pub(super) fn set(body: &mut RigidBody, may: bool) {
 }
 
 impl Rapier {
-    /// Applies the setting of whether bodies may sleep to all bodies without joints, and wakes all bodies.
+    /// Applies the setting for sleeping to all bodies without joints, and wakes all bodies.
     pub(super) fn set_sleep(&mut self) {
         for record in self.tables.bodies.iter().flatten().filter(|r| r.joints == 0 && !r.in_tree) {
             set(&mut self.world.bodies[record.handle], self.tables.sleep);

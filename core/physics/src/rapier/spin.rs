@@ -1,9 +1,9 @@
-//! Gyroscopic motion: free bodies with different principal moments of inertia turn about a moving axis and conserve
+//! Gyroscopic motion: free bodies with different principal moments of inertia rotate about a moving axis, and conserve
 //! energy and angular momentum.
 //!
 //! Rapier's own integration loses or gains energy. Here, the change of the angular velocity in the body's frame is
 //! applied half before and half after each engine step, by the implicit midpoint rule, which conserves energy and the
-//! magnitude of the angular momentum. In between, rapier turns the body at constant velocity, which changes neither.
+//! magnitude of the angular momentum. In between, rapier rotates the body at constant velocity, which changes neither.
 
 use rapier3d::{
     dynamics::{RigidBody, RigidBodyHandle},

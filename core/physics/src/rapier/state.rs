@@ -28,12 +28,12 @@ pub struct Rapier {
     pub(super) shapes: ShapeCache,
 }
 
-/// The state that the engine keeps in addition to rapier's world. Together the two are the complete state.
+/// The state of the engine in addition to rapier's world. Together, the two are the complete state.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Tables {
-    /// Bodies by id; removed ones leave a gap.
+    /// Bodies by id; `None` for removed bodies.
     pub(super) bodies: Vec<Option<BodyRecord>>,
-    /// Joints by id; removed ones leave a gap.
+    /// Joints by id; `None` for removed joints.
     pub(super) joints: Vec<Option<JointRecord>>,
     /// Bodies that can collide, grouped by collision tree.
     pub(super) trees: BTreeMap<u32, Tree>,
@@ -55,7 +55,7 @@ pub(super) struct Tables {
     pub(super) fast_s: f64,
     /// Time for which all mechanisms have been slow, s.
     pub(super) calm_s: f64,
-    /// Whether bodies at rest may sleep.
+    /// Whether bodies at rest can sleep.
     pub(super) sleep: bool,
     /// Poses and velocities before the last step, by body id.
     pub(super) before: Vec<Option<Seen>>,
@@ -65,7 +65,7 @@ pub(super) struct Tables {
     pub(super) moved: Vec<BodyId>,
     /// Whether joints were added or removed since gears and loads were last updated.
     pub(super) joints_changed: bool,
-    /// Couplings of joints.
+    /// Couplings of joints, as set by `set_gears`.
     pub(super) gears: Vec<Gear>,
     /// Whether there are any screw joints.
     pub(super) screws: bool,
@@ -81,7 +81,7 @@ pub(super) struct Tables {
     pub(super) materials: Vec<MaterialPair>,
     /// The rule that combines the friction of two bodies.
     pub(super) friction_rule: FrictionRule,
-    /// Friction constraints between bodies with special surfaces and what they touch.
+    /// Friction constraints between bodies with special surfaces and the bodies that they touch.
     pub(super) grips: Grips,
     /// Pairs of bodies, lower id first, with separate contact parameters.
     pub(super) pairs: BTreeMap<(BodyId, BodyId), PairRule>,

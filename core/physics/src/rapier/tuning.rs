@@ -4,7 +4,7 @@
 /// rapier's defaults, and by 4 mm with these.
 pub const CONTACT_SOFTNESS: (f64, f64) = (120.0, 5.0);
 
-/// Stiffness of contacts with fixed bodies.
+/// Stiffness of contacts with fixed bodies, as natural frequency (Hz) and damping ratio.
 pub const STATIC_CONTACT_SOFTNESS: (f64, f64) = (240.0, 5.0);
 
 /// Maximum natural frequency of a contact, as a fraction of the sub-step rate; twice as much with fixed bodies. At
@@ -17,7 +17,7 @@ pub const CONTACT_SHARE: f64 = 0.15;
 /// a joint stay within 0.5 mm of each other. Half the frequency, or a third of the damping ratio, would also work.
 pub const JOINT_SOFTNESS: (f64, f64) = (400.0, 5.0);
 
-/// Mass ratio of the bodies of a joint above which iterations are added.
+/// Mass ratio of the two bodies of a joint above which iterations are added.
 pub const UNEVEN: f64 = 32.0;
 
 /// Maximum number of iterations added for one joint. A weight at the end of a light pole would need hundreds.
@@ -28,20 +28,20 @@ pub const MOST_ITERATIONS: f64 = 60.0;
 pub const CARRIER_ITERATIONS: usize = 6;
 
 /// Damping of motors, N m s/rad or N s/m. A motor below its limit misses its speed by its load divided by this: 1e-6
-/// rad/s at 1000 N m. It acts like a hard constraint, yet stays well within the range of f64.
+/// rad/s at 1000 N m. It acts like a hard constraint, but remains well within the range of f64.
 pub const MOTOR_DAMPING: f64 = 1e9;
 
-/// A speed that no joint reaches, so that a motor with this target always exerts its full limit.
+/// A speed that no joint reaches, rad/s or m/s. A motor with this target therefore always exerts its full limit.
 pub const NEVER_REACHED: f64 = 1e6;
 
 /// Time constant of a position drive near its target, s: it covers 1 - 1/e of the remaining distance in this time,
-/// unless limited by its maximum velocity. V-REP's controller has the same: P = 0.1 at steps of 5 ms.
+/// unless limited by its maximum velocity. V-REP's controller has the same time constant: P = 0.1 at steps of 5 ms.
 pub const SETTLE_TIME: f64 = 0.05;
 
 /// Maximum motion of a joint in a sub-step before sub-steps are halved, rad or m.
 pub const FAST_TURN: f64 = 0.005;
 
-/// Time for which sub-steps stay halved afterwards, s: longer than half a swing of a 50 m pendulum.
+/// Time for which sub-steps remain halved afterwards, s: longer than half a swing of a 50 m pendulum.
 pub const FAST_FOR_S: f64 = 10.0;
 
 /// Mechanisms are considered to be at rest, and sub-steps are no longer halved, once no joint has been faster than this

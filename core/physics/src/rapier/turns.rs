@@ -2,8 +2,8 @@
 //!
 //! Rapier computes the angle of a joint from the rotation between its bodies, from -pi to pi, and compares it with the
 //! limits. A joint with limits of 47 and 313 degrees could therefore be outside its limits at 180 degrees. To prevent
-//! this, the angle is counted from the middle between the limits. If the limits are more than a turn apart, whole turns
-//! are counted, and the limits that are passed to rapier are shifted accordingly.
+//! this, the angle is measured from the middle between the limits. If the limits are more than a turn apart, whole
+//! turns are counted, and the limits that are passed to rapier are shifted accordingly.
 
 use std::f64::consts::{PI, TAU};
 

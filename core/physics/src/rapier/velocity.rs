@@ -1,11 +1,10 @@
-//! Velocities of bodies.
-//!
-//! The velocity that rapier stores after a step is the initial value of the next one, and differs from the actual
-//! motion when contacts hold a body: a ball that rolls on a level floor has a vertical velocity there. Velocities are
-//! therefore computed from the displacement of a body in the last step, extrapolated to its end:
-//! `displacement / dt + (n - 1) / 2n * change`, where `change` is the change of rapier's velocity in that step and `n`
-//! the number of sub-steps. This is exact at constant acceleration, since each sub-step moves a body at the velocity of
-//! its end. In the step in which a motor jumps to its speed, the result is too high by up to 3/8 of the jump.
+//! Velocities of bodies. The velocity that rapier stores after a step is the initial value for the next step. It
+//! differs from the actual velocity if contacts act on the body: for a ball that rolls on a level floor, it has a
+//! vertical component. Velocities are therefore computed from the displacement of a body in the last step, extrapolated
+//! to its end: `displacement / dt + (n - 1) / 2n * change`, where `change` is the change of rapier's velocity in that
+//! step and `n` the number of sub-steps. This is exact at constant acceleration, because each sub-step moves a body at
+//! the velocity at the end of the sub-step. In the step in which a motor jumps to its speed, the result is too high by
+//! up to 3/8 of the jump.
 
 use rapier3d::math::{Rotation, Vector};
 
@@ -45,8 +44,8 @@ impl Rapier {
         }
     }
 
-    /// Discards the recorded state of a body whose pose or velocity was set from outside, so that its velocity is not
-    /// computed from a displacement that is no motion.
+    /// Discards the recorded state of a body whose pose or velocity was set from outside. Its velocity cannot be
+    /// computed from a displacement that is not the result of motion.
     pub(super) fn forget_velocity(&mut self, body: BodyId) {
         if let Some(before) = self.tables.before.get_mut(body.0 as usize) {
             *before = None;
@@ -85,8 +84,8 @@ impl Rapier {
     }
 }
 
-/// Returns the angular velocity of a rotation that takes `dt` s. For a body in impulse form, `linearized` is the number
-/// of sub-steps: in each, rapier turns such a body by twice the arc tangent of half the intended angle.
+/// Returns the angular velocity of a rotation over the time `dt`, s. For a body in impulse form, `linearized` is the
+/// number of sub-steps: in each, rapier rotates such a body by twice the arc tangent of half the intended angle.
 fn rate(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
     let q = if turn.w < 0.0 { -turn } else { turn };
     let axis = Vector::new(q.x, q.y, q.z);

@@ -10,7 +10,8 @@ use crate::{
     watchdog::Call,
 };
 
-/// An error object and the texts that it points to. Both are boxed, so pointers to them stay valid when this is moved.
+/// An error object and the texts that it points to. Both are boxed, so pointers to them remain valid when the slot is
+/// moved.
 pub struct ErrorSlot {
     raw: Box<tatu_error>,
     texts: Box<Texts>,
@@ -73,7 +74,7 @@ impl ErrorSlot {
         // SAFETY: `self.raw` and the texts that it points to, in `self.texts`, live as long as `self`.
         unsafe { Said::of(&self.raw) }
     }
-    /// Like [`answer`], for the function that was given this object.
+    /// Like [`answer`], for a function to which this object was passed.
     pub fn answer(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {
         // SAFETY: `self.raw()` points to this object, which is alive during the call.
         unsafe { answer(status, may_wait, self.raw()) }
@@ -102,11 +103,11 @@ impl ErrorSlot {
 pub struct Said {
     /// The message.
     pub text: Option<String>,
-    /// The hint.
+    /// The hint, which suggests what to do.
     pub help: Option<String>,
     /// The file in which the error occurred.
     pub file: Option<String>,
-    /// The line in that file, counted from 1; 0: none.
+    /// The line in that file, from 1; 0 if there is none.
     pub line: u64,
     /// The traceback of a script.
     pub traceback: Option<String>,
@@ -145,7 +146,7 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
         let text = match status {
             // The status does not matter if there is a message.
             ..0 if (*error).code != TATU_OK => return TATU_ERR,
-            ..0 => format!("failed with status {status}, which this host does not know: the plugin may be newer"),
+            ..0 => format!("failed with status {status}, which is unknown to this host: the plugin may be newer"),
             _ => format!("broke the contract: it returned the status {status}, which is not defined for this call"),
         };
         say(error, TATU_ERR, raw(text.as_bytes()));
@@ -201,7 +202,7 @@ unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_s
         let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
         let texts = &mut *e.ctx.cast::<Texts>();
         e.code = if code < 0 { code } else { TATU_ERR };
-        // The text may be one of the object's own, so it is copied before the object is overwritten.
+        // The text can be one of the object's own, so it is copied before the object is overwritten.
         let new = texts::of_error(bytes(text));
         texts.text = new;
         e.text = raw(&texts.text);

@@ -1,4 +1,4 @@
-//! Texts and error objects of the plugin ABI.
+//! Strings and error objects of the plugin ABI.
 
 mod error_object;
 
@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 
 pub use error_object::{ErrorSlot, Said, answer, copy as copy_error, name_plugin};
 
-/// Returns the bytes of an ABI text; a null text is empty.
+/// Returns the bytes of an ABI string; a null string is empty.
 ///
 /// # Safety
 /// `s` must point to `len` bytes that are valid for `'a`, or be empty.
@@ -15,7 +15,7 @@ pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
     unsafe { Lent::new(s) }.bytes()
 }
 
-/// Returns an ABI text as UTF-8; invalid bytes are replaced.
+/// Returns an ABI string as UTF-8; invalid bytes are replaced.
 ///
 /// # Safety
 /// As for [`bytes`].
@@ -24,7 +24,7 @@ pub unsafe fn text<'a>(s: tatu_str) -> std::borrow::Cow<'a, str> {
     String::from_utf8_lossy(unsafe { bytes(s) })
 }
 
-/// Returns a text in ABI form.
+/// Returns bytes as an ABI string, which points to them.
 pub fn raw(s: &[u8]) -> tatu_str {
     Lent::from(s).raw()
 }

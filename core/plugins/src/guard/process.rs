@@ -4,7 +4,7 @@
 #[cfg(unix)]
 pub use unix::State;
 
-/// On this system, nothing is checked.
+/// An empty state: on this system, nothing is checked.
 #[cfg(not(unix))]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct State;
@@ -55,7 +55,7 @@ mod unix {
     /// A flag that the C library adds to an action when it sets it.
     const SA_RESTORER: c_int = 0x0400_0000;
 
-    /// A known good state of the process.
+    /// A state of the process that is known to be good, for comparison and restoration.
     #[derive(Debug, Clone)]
     pub struct State {
         kept: Arc<Kept>,
@@ -72,7 +72,7 @@ mod unix {
     }
     impl Eq for State {}
 
-    /// Open handles of the working folder and the outputs, used to restore them. Equal states share one.
+    /// Open handles of the working folder and the outputs, used to restore them. Equal states share these handles.
     #[derive(Debug)]
     struct Kept {
         ids: (Identity, [Identity; OUTPUTS.len()]),
@@ -165,7 +165,7 @@ mod unix {
                     // SAFETY: `was` points to an action that lives during the call and was returned by `sigaction` for
                     // this signal.
                     unsafe { libc::sigaction(signal, was, std::ptr::null_mut()) };
-                    out.push(format!("what {name} does"));
+                    out.push(format!("the action of {name}"));
                 }
             }
             out

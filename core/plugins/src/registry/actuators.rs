@@ -32,6 +32,8 @@ impl Registry {
         })
     }
 
+    /// Reads the kinds of actuators that a plugin offers.
+    ///
     /// # Safety
     /// The plugin must have been started, and its tables must be valid.
     pub(super) unsafe fn add_actuators(&mut self, plugin: usize) {
@@ -117,7 +119,8 @@ const NO_FUNCTIONS: tatu_sensor = tatu_sensor {
     reserved: 0,
 };
 
-/// The life functions of such a kind: it has no state, because the readings belong to the actuator.
+/// The life functions of a sensor kind that stands for the readings of an actuator. The kind has no state, because the
+/// readings belong to the actuator.
 const NO_LIFE: tatu_life = tatu_life {
     size: size_of::<tatu_life>() as u32,
     state_bytes: 0,
@@ -131,7 +134,7 @@ const NO_LIFE: tatu_life = tatu_life {
     end_run: None,
 };
 
-/// Returns the reason that a kind cannot be used, or `None` if it can.
+/// Returns why a kind cannot be used, or `None` if it can.
 fn flaw(id: &str, raw: &tatu_actuator, params: &[Declared], commands: &[Declared]) -> Option<String> {
     if raw.n_commands as usize != commands.len() {
         let (n, m) = (raw.n_commands, commands.len());

@@ -17,12 +17,13 @@ impl Registry {
                 let needed = tables::required!(raw, tatu_event: name);
                 let Some(name) = self.named(plugin, "event", raw.name, raw.size, &needed) else { continue };
                 if !name.contains('.') {
-                    let text = format!("its event `{name}` has no name space: names without a dot belong to the host");
+                    let text =
+                        format!("its event `{name}` has no name space: names without a dot are reserved for the host");
                     self.refuse(plugin, text, "call it `mine.name`");
                     continue;
                 }
                 if self.events.iter().any(|e| e.name == name) {
-                    let text = format!("its event `{name}` is declared already; the first declaration counts");
+                    let text = format!("its event `{name}` is already declared; the first declaration is used");
                     self.refuse(plugin, text, "give each a different name");
                     continue;
                 }

@@ -52,9 +52,10 @@ impl Registry {
         })
     }
 
-    /// Chooses the importer of a file: the one most confident by the file's first bytes. If several are equally
-    /// confident, it is the one that `[providers]` names for the suffix, then one with the file's suffix, then the one
-    /// with the lowest id. If none is confident, the suffix decides.
+    /// Chooses the importer of a file, which is the one with the greatest confidence in the file's first bytes. If
+    /// several are equally confident, one that `[providers]` selects for the suffix is preferred, then one with the
+    /// file's suffix, then the one with the lowest id. If none is confident, only importers with the file's suffix are
+    /// considered.
     pub fn importer_of(
         &self,
         file: &Path,
@@ -80,13 +81,13 @@ impl Registry {
         };
         tied.sort_by_key(|(n, _, suffix)| (!named(*n), !suffix, &self.importers[*n].id));
         let Some(first) = tied.first().map(|t| t.0) else { return failed.into_iter().next().map_or(Ok(None), Err) };
-        // No note is needed if it is the one that was named, or the only one with the suffix.
+        // No note is needed if `[providers]` selects the importer, or if it is the only one with the suffix.
         let alike = |(n, _, suffix): &(usize, u32, bool)| (named(*n), *suffix) == (named(first), tied[0].2);
         let ids: Vec<_> = tied.iter().filter(|t| alike(t)).map(|(n, _, _)| self.importers[*n].id.as_str()).collect();
         let tie = (ids.len() > 1).then(|| {
-            format!("the importers {} read it; `{}` is used, choose with `importer = \"...\"`", ids.join(", "), ids[0])
+            format!("the importers {} read it; `{}` is used; set `importer` to use another", ids.join(", "), ids[0])
         });
-        // A failed check is only noted, so that it does not prevent the import of unrelated files.
+        // A failed check is only noted, and thus does not prevent the import of unrelated files.
         let notes = failed.into_iter().map(|e| e.text).chain(tie).collect();
         Ok(Some(Choice { importer: first, notes }))
     }
@@ -102,7 +103,7 @@ impl Registry {
         Err(Error::new("E111", format!("{subject}: {broke}")).expected("a confidence from 0 to 100"))
     }
 
-    /// Returns the error that no importer reads a file.
+    /// Returns the error for a file that no importer reads.
     pub fn no_importer(&self, file: &Path) -> Error {
         let known: Vec<_> = self.importers.iter().map(|i| format!("{} ({})", i.id, i.suffixes.join(" "))).collect();
         let error = Error::new("E121", format!("no importer reads {}", file.display()));

@@ -3,8 +3,8 @@
 use super::Registry;
 
 impl Registry {
-    /// Returns the kind that a script appears to be, by the first mark of its language that matches, or `None` if none
-    /// does.
+    /// Returns the kind that a script appears to be, according to the first mark of its language that matches, or
+    /// `None` if no mark matches.
     pub fn kind_of_script(&self, language: usize, text: &[u8]) -> Option<&str> {
         let language = &self.languages.get(language)?.id;
         let mark = self.kind_marks.iter().find(|m| m.language == *language && m.fits(text))?;

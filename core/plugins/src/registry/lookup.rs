@@ -1,4 +1,4 @@
-//! Lookup by name: resolves names claimed by several plugins, and reports unknown ones.
+//! Lookup by name: resolves names that several plugins claim, and reports unknown names.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -10,7 +10,7 @@ use tatu_errors::{Error, Result, nearest};
 use super::{Language, Registry, SensorKind};
 
 impl Registry {
-    /// Returns a command's id and alias by name.
+    /// Returns the id of the command with a name, from 1, and the index of the name among those of the command.
     pub fn command(&self, name: &str) -> Option<(u32, u32)> {
         self.names.get(name).copied()
     }
@@ -65,8 +65,8 @@ impl Registry {
     pub fn sensor_kinds(&self) -> impl Iterator<Item = (usize, &SensorKind)> {
         self.sensors.iter().enumerate().filter(|(_, s)| !s.of_actuator)
     }
-    /// Returns the index of a kind of sensor by id or by schema. For a schema, it is the kind that `[providers]`
-    /// selects, otherwise the only one, or the first one.
+    /// Returns the index of a kind of sensor by id or by schema. For a schema, this is the kind that `[providers]`
+    /// selects, otherwise the first kind that claims the schema.
     pub fn sensor(&self, id_or_schema: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
         let of_id = |id: &str| -> Vec<(usize, usize)> {
             self.sensor_kinds().filter(|(_, s)| s.id == id).map(|(i, s)| (i, s.plugin)).collect()
@@ -156,7 +156,7 @@ impl Registry {
     }
 }
 
-/// More names than this are not listed in an error.
+/// Maximum number of names that an error lists.
 const MANY: usize = 30;
 
 /// Returns the plugin's own part of a file name: "gripper" for "libtatu_gripper.so".

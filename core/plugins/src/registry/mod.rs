@@ -1,6 +1,5 @@
-//! Everything that the loaded plugins offer, by id.
-//!
-//! - [`Registry`]: loading and ending plugins, and calling them while there is no world;
+//! Everything that the loaded plugins offer, by id. - [`Registry`]: loads and ends plugins, and calls them while there
+//! is no world;
 //! - `types`: the host's representation of what they offer; `read`: reading a plugin's tables;
 //! - `lookup`: lookup by name;
 //! - `models`: reading of models, and those in folders;
@@ -46,35 +45,35 @@ pub use types::{
 
 /// Everything that plugins offer, in order of plugin ids.
 pub struct Registry {
-    /// Kinds of sensors.
+    /// Kinds of sensors, including the readings of actuators; documents refer to them by index.
     pub sensors: Vec<SensorKind>,
-    /// Kinds of actuators.
+    /// Kinds of actuators; documents refer to them by index.
     pub actuators: Vec<ActuatorKind>,
-    /// Models.
+    /// Models that plugins define in their tables.
     pub models: Vec<Model>,
     /// Functions that read models from text, with the index of the plugin.
     readers: Vec<(usize, types::ReadModel)>,
     /// Id and description of the models in folders.
     found: OnceLock<Vec<(String, String)>>,
-    /// Importers.
+    /// Importers, which read files in other formats.
     pub importers: Vec<Importer>,
-    /// Script languages.
+    /// Script languages; scripts refer to them by index.
     pub languages: Vec<Language>,
     /// Commands; a command's id is its index plus one.
     pub commands: Vec<CommandEntry>,
-    /// Command ids and aliases, by name.
+    /// Command id, and index of the name among those of the command, by name.
     pub names: BTreeMap<String, (u32, u32)>,
     /// Constants by name.
     pub constants: BTreeMap<String, Constant>,
-    /// Preludes.
+    /// Preludes, which are script sources that plugins provide.
     pub preludes: Vec<Prelude>,
     /// Words that identify the kind of a script, in order.
     pub kind_marks: Vec<KindMark>,
     /// Life functions of command plugins' instances per world, with the index of the plugin.
     pub world_lives: Vec<(usize, tatu_life)>,
-    /// Services, in order of their ids.
+    /// Kinds of services, in ascending order of their ids.
     pub services: Vec<ServiceKind>,
-    /// Declared events: the host's own, then those of plugins in order.
+    /// Declared events: the host's own, followed by those of the plugins, in order of plugins.
     pub events: Vec<crate::events::EventInfo>,
     /// Errors about libraries, or parts of them, that could not be loaded.
     pub refused: Vec<Error>,
@@ -85,18 +84,18 @@ pub struct Registry {
     closest: Vec<(PathBuf, String)>,
     /// Notes about loaded plugins.
     pub notes: Vec<String>,
-    /// The searched folders.
+    /// The folders in which plugins and models are searched.
     pub search: Search,
-    /// The watch for calls while there is no world: loading, building.
+    /// The watch for calls while there is no world, such as loading and building.
     pub setup: Arc<Watch>,
     /// The watches of all worlds with these plugins.
     pub watches: Watches,
-    /// The plugins. The field is last, since everything above must be dropped before them.
+    /// The plugins. The field follows those that must be dropped before the plugins.
     pub plugins: Vec<Arc<Plugin>>,
     host: Arc<HostTables>,
     /// Observes calls into plugins; ordinary runs have none.
     pub inspector: Option<Arc<dyn Inspector>>,
-    /// Incremented when commands are replaced.
+    /// Number of the registry's version, which increases when a plugin is reloaded and its commands are replaced.
     pub generation: u64,
 }
 
@@ -124,11 +123,11 @@ impl Registry {
             search.folders.iter().filter(move |(f, s)| *s == source && !f.is_dir()).filter(|_| search.only.is_none())
         };
         for (folder, _) in missing(Source::Scene) {
-            let text = format!("the scene names the plugin folder {}, which does not exist", folder.display());
+            let text = format!("the scene lists the plugin folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
         }
         for (folder, _) in missing(Source::Environment) {
-            let text = format!("TATU_PLUGIN_PATH names the folder {}, which does not exist", folder.display());
+            let text = format!("TATU_PLUGIN_PATH contains the folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("it is a list of folders, like PATH"));
         }
         for file in search.misnamed() {
@@ -147,7 +146,7 @@ impl Registry {
             match opened {
                 Ok(new) => match plugins.iter().find(|p| p.id == new.id) {
                     Some(old) if same_file(&old.path, &new.path) => {}
-                    // A developer of a plugin may have installed it, too; this is not an error.
+                    // A developer of a plugin may also have installed it, which is not an error.
                     Some(old) if search.is_of_user(&new.path) => notes.push(format!(
                         "the plugin `{}` is {}; the one installed in {} is not used",
                         new.id,
@@ -175,7 +174,7 @@ impl Registry {
             }
         }
         // The order depends on ids, not on folders or times. Plugins of the program come first and those of a scene
-        // last, so that no plugin can take a name from an earlier one.
+        // last, which prevents a plugin from taking a name of an earlier one.
         let rank = |p: &Arc<Plugin>| (!search.is_of_program(&p.path), search.is_of_scene(&p.path));
         plugins.sort_by(|a, b| (rank(a), &a.id).cmp(&(rank(b), &b.id)));
         let mut registry = Registry { refused, closest, notes, ..Self::of(plugins, search, setup, watches, host) };
@@ -285,7 +284,7 @@ impl Registry {
         }
         if let Some(other) = claimed.first() {
             let other = &self.plugins[*other].id;
-            let text = format!("its {what} `{id}` is offered by `{other}` too");
+            let text = format!("its {what} `{id}` is also offered by `{other}`");
             let help = format!("a scene that uses it must choose one: [providers] \"{id}\" = \"{other}\"");
             self.refuse(plugin, text, &help);
         }
@@ -293,7 +292,7 @@ impl Registry {
     }
 
     /// Calls a plugin while there is no world. The call is recorded for the watchdog, and floating-point mode and
-    /// locale are restored; changing them is an error. `subject` names the thing that is being built.
+    /// locale are restored; changing them is an error. `subject` describes what is being built, for messages.
     pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
         let outer = self.setup.subject(subject);
@@ -301,7 +300,7 @@ impl Registry {
         let (done, heard) = guard::capture_errors(f);
         guard::end_if_child();
         self.setup.leave(before);
-        // A model may be built while another is being built.
+        // A model can be built while another one is being built.
         self.setup.subject(&outer);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {

@@ -1,4 +1,4 @@
-//! Models: their tables, and models in folders, as text or as files of importers.
+//! Models: those in plugins' tables, and those in folders, either as text or as files that importers read.
 
 use std::{
     collections::BTreeSet,
@@ -22,12 +22,12 @@ use crate::{
 /// The file in the folder of a model that describes it.
 pub const MODEL_FILE: &str = "model.toml";
 
-/// A model in a folder for models.
+/// A model in one of the model folders.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
-    /// Its name in scene files: that of its folder or file.
+    /// Id of the model in scene files, which is the name of its folder or file.
     pub id: String,
-    /// The file that describes it.
+    /// The file that describes the model.
     pub file: PathBuf,
     /// Index of the importer that reads the file; `None` for a [`MODEL_FILE`].
     pub importer: Option<usize>,
@@ -92,8 +92,8 @@ impl Registry {
         self.readers.first().map(|(plugin, _)| *plugin)
     }
 
-    /// Reads a model from the text of a file, by the first plugin that knows its format; `name` is its id. Errors point
-    /// to the line.
+    /// Reads a model from the text of a file, with the first plugin that supports its format. `name` is the id of the
+    /// model. Errors include the line.
     pub fn read_model(&self, name: &str, file: &Path, text: &str) -> Result<Model> {
         for (plugin, read) in self.readers.iter().copied() {
             let (mut slot, mut out) = (ErrorSlot::new(), std::ptr::null());
@@ -121,7 +121,7 @@ impl Registry {
             }
             // SAFETY: the contract requires the model to be null or a valid table until shutdown.
             let Some(table) = (unsafe { tables::read(out) }) else {
-                let text = format!("the model `{name}` cannot be read: its plugin returned none {who}");
+                let text = format!("the model `{name}` cannot be read: its plugin returned no model {who}");
                 return Err(Error::new("E111", text));
             };
             let needed = tables::required!(table, tatu_model: id, build);
@@ -139,14 +139,14 @@ impl Registry {
             .help("`tatu list plugins` shows what is loaded"))
     }
 
-    /// Finds a model by its name in the folders for models. The first folder in order decides.
+    /// Finds a model by name in the model folders. The first folder that contains the model takes precedence.
     pub fn find_model(&self, id: &str) -> Option<Found> {
         if id.is_empty() || id.starts_with('.') || id.contains(['/', '\\', ':']) {
             return None;
         }
         self.search.models.iter().find_map(|folder| {
             let file = folder.join(id).join(MODEL_FILE);
-            // A file that cannot be read is also found, so that the reason is reported later.
+            // A file that cannot be read is also found, because the reason is reported when the model is read.
             if file.symlink_metadata().is_ok() {
                 return Some(Found { id: id.to_owned(), file, importer: None });
             }
@@ -160,8 +160,9 @@ impl Registry {
         })
     }
 
-    /// Returns id and description of the `index`-th model: those of plugins come first, then those in folders, which
-    /// are read at the first call. Models that cannot be read are omitted.
+    /// Returns the id and the description of the model with an index in the list of all models. Models of plugins come
+    /// first, followed by those in folders, which are read when the first of them is requested. Models that cannot be
+    /// read are omitted.
     pub fn model_at(&self, index: usize) -> Option<(&str, &str)> {
         if let Some(model) = self.models.get(index) {
             return Some((&model.id, &model.text));
@@ -181,7 +182,7 @@ impl Registry {
         found.get(index - self.models.len()).map(|(id, text)| (id.as_str(), text.as_str()))
     }
 
-    /// Returns the models in all folders for models, in order of their names.
+    /// Returns the models in all model folders, in ascending order of their names.
     pub fn found_models(&self) -> Vec<Found> {
         let mut ids = BTreeSet::new();
         for entry in self.search.models.iter().filter_map(|f| std::fs::read_dir(f).ok()).flatten().flatten() {

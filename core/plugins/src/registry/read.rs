@@ -43,8 +43,8 @@ impl Registry {
     /// Reports an extension whose table lacks its list.
     pub(super) fn offered(&mut self, plugin: usize, extension: &CStr, size: u32, needed: &[Required]) {
         if let Some(lack) = tables::lacking(size, needed) {
-            let text =
-                format!("the table that {} gives for `{}` {lack}", Call::Extension.text(), extension.to_string_lossy());
+            let (function, extension) = (Call::Extension.text(), extension.to_string_lossy());
+            let text = format!("the table that {function} returns for `{extension}` {lack}");
             self.refuse(plugin, text, tables::HELP);
         }
     }
@@ -133,8 +133,8 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_command>(TATU_COMMAND)) else {
                 return;
             };
-            // A plugin may offer only constants or preludes: the list of commands may be null, but the table must have
-            // the field.
+            // A plugin can offer only constants or preludes. The list of commands can therefore be null, but the table
+            // must contain the field.
             let known = ext.size as usize >= offset_of!(tatu_ext_command, constants);
             self.offered(
                 plugin,
@@ -180,7 +180,7 @@ impl Registry {
                         Some((why, help)) => self.refuse(plugin, why, help),
                         None => _ = self.names.insert(name.clone(), (id, alias as u32)),
                     }
-                    // Unused names are stored, too, because the plugin counts all of them.
+                    // Unused names are also stored, because the plugin refers to names by their index in its own list.
                     names.push(NameEntry { name, on_error, until });
                 }
                 self.commands.push(CommandEntry {

@@ -1,8 +1,6 @@
-//! Creates a registry in which a plugin is replaced by a different version of it.
-//!
-//! Worlds, documents and scripts hold indices into the registry. Everything therefore keeps its index: additions come
-//! last, and a version that lacks something that the old one has is rejected. Only commands may be missing: calling
-//! them by their old id returns an error.
+//! Creates a registry in which a plugin is replaced by a different version of it. Worlds, documents and scripts contain
+//! indices into the registry, so every item keeps its index. New items are appended, and a new version that lacks an
+//! item of the old one is rejected. Only commands may be missing; calling one by its old id returns an error.
 
 use std::sync::Arc;
 
@@ -21,8 +19,8 @@ unsafe extern "C" fn vanished(frame: *mut tatu_call) -> tatu_status {
     }
 }
 
-/// Sorts a new list in the order of the old one, with additions at the end. Returns an entry as the error if it is
-/// missing in the new list.
+/// Sorts a new list in the order of the old one, with new entries at the end. Fails with an entry of the old list that
+/// is missing in the new one.
 fn in_order<T>(old: &[T], new: Vec<T>, same: impl Fn(&T, &T) -> bool) -> Result<Vec<T>, &T> {
     let mut new: Vec<Option<T>> = new.into_iter().map(Some).collect();
     let mut out = Vec::with_capacity(new.len());
@@ -35,8 +33,8 @@ fn in_order<T>(old: &[T], new: Vec<T>, same: impl Fn(&T, &T) -> bool) -> Result<
 }
 
 impl Registry {
-    /// Reloads a plugin's file; the other plugins are shared with this registry. Remarks on the new version are in
-    /// `refused` and `notes` of the new registry.
+    /// Returns a registry in which a plugin has been reloaded from its file; the other plugins are shared with this
+    /// registry. Remarks on the new version are in `refused` and `notes` of the new registry.
     pub fn renewed(&self, plugin: usize) -> Result<Registry> {
         let old = &self.plugins[plugin];
         let mut remarks = Remarks::default();
@@ -96,7 +94,7 @@ impl Registry {
 
     fn place_commands(&mut self, old: &Registry) {
         let mut new: Vec<Option<CommandEntry>> = std::mem::take(&mut self.commands).into_iter().map(Some).collect();
-        // For each command read, its new id.
+        // The new id of each command, in the order in which the commands were read.
         let mut numbers = vec![0; new.len()];
         let mut gone = Vec::new();
         for (i, o) in old.commands.iter().enumerate() {

@@ -66,8 +66,8 @@ impl Registry {
         }
     }
 
-    /// Reads the fields of a kind; `owner` is the kind, for messages. Returns `None` if one is faulty, which is
-    /// reported.
+    /// Reads the fields of a kind; `owner` describes the kind in messages. If a field is faulty, reports it and returns
+    /// `None`.
     ///
     /// # Safety
     /// The list must be null or a valid list of a plugin that is never unloaded.
@@ -92,14 +92,14 @@ impl Registry {
                 })
                 .collect();
             if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
-                let text = format!("the field `{}` of {owner} has elements of type {}", f.name, f.elem);
+                let text = format!("the field `{}` of {owner} has elements of the unknown type {}", f.name, f.elem);
                 self.refuse(plugin, text, "use one of TATU_ELEM_*");
                 return None;
             }
             let twice = fields.iter().enumerate().find(|(i, f)| fields[..*i].iter().any(|other| other.name == f.name));
             if let Some((_, f)) = twice {
                 let text = format!("{owner} has the field `{}` twice", f.name);
-                self.refuse(plugin, text, "give each field a name of its own");
+                self.refuse(plugin, text, "give each field a different name");
                 return None;
             }
             let lost = fields.iter().find_map(|f| {
@@ -108,8 +108,8 @@ impl Registry {
             });
             if let Some((f, valid)) = lost {
                 let text = format!(
-                    "the field `{}` of {owner} names `{valid}` as the field that marks valid elements, \
-                     which it does not have",
+                    "the field `{}` of {owner} refers to `{valid}` as the field that marks valid elements, \
+                     but {owner} has no such field",
                     f.name
                 );
                 self.refuse(plugin, text, "write the full name of a field from a different schema: `schema.field`");
@@ -123,7 +123,7 @@ impl Registry {
         }
     }
 
-    /// Reads the schemas of a kind, without those that have no valid name, which are reported.
+    /// Reads the schemas of a kind. Schemas with an invalid name are reported and left out.
     ///
     /// # Safety
     /// The list must be null or a valid list of a plugin that is never unloaded.
@@ -142,7 +142,7 @@ impl Registry {
     }
 }
 
-/// Returns the reason that a kind of sensor cannot get the inputs that it declares, or `None` if it can.
+/// Returns why a kind of sensor cannot receive the inputs that it declares, or `None` if it can.
 fn inputs_flaw(raw: &tatu_sensor) -> Option<&'static str> {
     const OF_PHYSICS: u32 = TATU_IN_ACCELERATION | TATU_IN_JOINT | TATU_IN_CONTACTS | TATU_IN_WRENCH;
     const OF_BOTH: u32 = TATU_IN_POSE | TATU_IN_TWIST;
@@ -158,7 +158,7 @@ fn inputs_flaw(raw: &tatu_sensor) -> Option<&'static str> {
     }
 }
 
-/// Returns the reason that a field is invalid, and a hint, or `None` if it is valid.
+/// Returns why a field is invalid, and a hint, or `None` if it is valid.
 fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     if let Some(flaw) = texts::flaw(&f.name) {
         return Some((format!("has an invalid name: it {flaw}"), "call it `schema.field`"));
@@ -172,7 +172,7 @@ fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     let elements = fixed.fold(1u64, u64::saturating_mul);
     (elements > MOST_ELEMENTS).then(|| {
         let [a, b, c] = f.dims;
-        let text = format!("has {a} x {b} x {c} elements; there are at most {MOST_ELEMENTS}");
+        let text = format!("has {a} x {b} x {c} elements, but at most {MOST_ELEMENTS} are supported");
         (text, "set unused `dims` to 1")
     })
 }

@@ -12,91 +12,91 @@ use crate::Declared;
 /// A field of a sensor kind.
 #[derive(Debug, Clone, Default)]
 pub struct FieldInfo {
-    /// `<schema>.<field>`
+    /// Name of the schema and of the field, separated by a dot.
     pub name: String,
-    /// `TATU_ELEM_*`
+    /// Element type, a `TATU_ELEM_*` constant.
     pub elem: u32,
-    /// Shape; 0: the number of beams.
+    /// Size of each dimension; 0 for the number of beams, or one of the `TATU_DIM_*` constants.
     pub dims: [u32; 3],
-    /// Unit.
+    /// Unit of the values; `None` if they are dimensionless.
     pub unit: Option<String>,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
-    /// The field that is 0 where this one has no value, if it differs from its schema.
+    /// The field that is 0 where this one has no value, if it differs from that of the schema.
     pub valid: Option<String>,
-    /// The values that mean "nothing", if they differ from its schema.
+    /// The values that mean "nothing", if they differ from those of the schema.
     pub nothing: Option<String>,
 }
 
 /// A preset of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PresetInfo {
-    /// Its name in scene files.
+    /// Id, by which scene files refer to it.
     pub id: String,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
     /// TOML lines as in a scene file, parsed when the preset is used.
     pub settings: String,
 }
 
-/// A kind of sensor.
+/// A kind of sensor that a plugin offers.
 pub struct SensorKind {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// Its name in scene files.
+    /// Id, by which scene files refer to it.
     pub id: String,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
-    /// Schemas of its readings.
+    /// Ids of the schemas that the readings conform to.
     pub schemas: Vec<String>,
-    /// Its parameters.
+    /// Declared parameters, in order.
     pub params: Vec<Declared>,
-    /// The fields that it fills.
+    /// The fields of a reading.
     pub fields: Vec<FieldInfo>,
-    /// Presets.
+    /// Presets, each a named set of settings.
     pub presets: Vec<PresetInfo>,
-    /// The interned keys of its fields.
+    /// The interned keys of the fields, in order.
     pub field_props: Vec<u32>,
-    /// The table of its functions.
+    /// Copy of the table that the plugin provides.
     pub raw: tatu_sensor,
-    /// Functions to create, configure, save and destroy its instances.
+    /// Functions that create, configure, save and destroy instances.
     pub life: tatu_life,
     /// Whether this is not a sensor, but the readings of the kind of actuator with this id.
     pub of_actuator: bool,
 }
 
 impl SensorKind {
-    /// Returns whether its sensors measure after each physics step.
+    /// Returns whether sensors of this kind measure after each physics step.
     pub fn in_physics(&self) -> bool {
         !self.of_actuator && self.raw.flags & TATU_SENSOR_EVERY_PHYSICS_STEP != 0
     }
 }
 
-/// A model.
+/// A model that a plugin can build, which consists of objects and has parameters.
 pub struct Model {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// Its name in scene files.
+    /// Id, by which scene files refer to it.
     pub id: String,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
-    /// Its parameters.
+    /// Declared parameters, in order.
     pub params: Vec<Declared>,
-    /// Its category in lists; may be empty.
+    /// Category under which lists show the model; may be empty.
     pub category: String,
-    /// Its licence, if it is not that of the plugin.
+    /// Licence of the model; empty if it is the plugin's.
     pub licence: String,
     /// The mounts by which it fits slots of other models; if empty, it fits every slot.
     pub mounts: Vec<String>,
-    /// Objects that others can be attached to.
+    /// Slots, which are objects to which other models can be attached.
     pub slots: Vec<Slot>,
-    /// Its constants and their sources.
+    /// Constants of the model, with their sources.
     pub numbers: Vec<ModelNumber>,
-    /// The file that describes it, if it was read from text.
+    /// The file that describes the model, if it was read from text.
     pub file: Option<PathBuf>,
-    /// The plugin's own table, by whose address it identifies the model.
+    /// The plugin's own table, whose address identifies the model to the plugin.
     pub given: *const tatu_model,
-    /// The table of its functions.
+    /// Copy of the table that the plugin provides.
     pub raw: tatu_model,
 }
 
@@ -107,52 +107,52 @@ pub(super) type ReadModel =
 /// A slot of a model, to which other models can be attached.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Slot {
-    /// Alias of the object.
+    /// Alias of the object that is the slot.
     pub alias: String,
-    /// The mount that fits; if empty, any.
+    /// The mount that fits the slot; if empty, every mount fits.
     pub mount: String,
-    /// Its location, one sentence; may be empty.
+    /// Description of the slot's location, one sentence; may be empty.
     pub text: String,
-    /// Greatest mass that may be attached, kg; 0 if it is not stated.
+    /// Maximum mass that may be attached, kg; 0 if it is not specified.
     pub payload: f64,
 }
 
 /// A constant of a model, with the source of its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelNumber {
-    /// Its name.
+    /// Name of the constant.
     pub name: String,
-    /// Its value, in SI units.
+    /// Value, in SI units.
     pub value: Value,
-    /// Its unit; may be empty.
+    /// Unit of the value; may be empty.
     pub unit: String,
-    /// Its source; may be empty.
+    /// Source of the value, such as a data sheet; may be empty.
     pub source: String,
 }
 
-/// A script language.
+/// A script language that a plugin implements.
 pub struct Language {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// Its id.
+    /// Id of the language.
     pub id: String,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
-    /// File suffixes.
+    /// Suffixes of the names of script files, including the dot.
     pub suffixes: Vec<String>,
-    /// The table of its functions.
+    /// Copy of the table that the plugin provides.
     pub raw: tatu_language,
-    /// Functions to create, configure, save and destroy its instances.
+    /// Functions that create, configure, save and destroy instances.
     pub life: tatu_life,
 }
 
 /// A name of a command.
 pub struct NameEntry {
-    /// The name.
+    /// Name by which scripts call the command.
     pub name: String,
-    /// The values that are returned instead of an error, if it is an old-style name.
+    /// The values that a call by this name returns instead of raising an error, if the name is an old-style one.
     pub on_error: Option<Vec<Value>>,
-    /// The first dialect for which an error is raised nevertheless.
+    /// The first version of the dialect for which an error is raised instead of returning `on_error`.
     pub until: Option<Vec<u32>>,
 }
 
@@ -179,47 +179,47 @@ impl Status {
 }
 
 impl NameEntry {
-    /// Returns the values that callers with this dialect get instead of an error, if any.
+    /// Returns the values that callers with this dialect receive instead of an error, if any.
     pub fn instead_of_error(&self, dialect: &[u8]) -> Option<&Vec<Value>> {
         let modern = self.until.as_ref().is_some_and(|until| !dialect.is_empty() && version(dialect) >= *until);
         self.on_error.as_ref().filter(|_| !modern)
     }
 }
 
-/// Parses the numbers of a version such as "4.10.0". For a text that is not a version, the result is empty, which is
-/// older than any version.
+/// Parses the numbers of a version such as "4.10.0". If the string is not a version, the result is empty, which
+/// precedes every version.
 pub fn version(dialect: &[u8]) -> Vec<u32> {
     let text = String::from_utf8_lossy(dialect);
     text.split('.').map_while(|part| part.trim().parse().ok()).collect()
 }
 
-/// A command.
+/// A command, which is a function of a plugin that scripts can call.
 pub struct CommandEntry {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// Its names.
+    /// Names of the command; there is at least one.
     pub names: Vec<NameEntry>,
-    /// Its parameters.
+    /// Declared parameters, in order.
     pub params: Vec<Declared>,
-    /// Its results.
+    /// Declared results, in order.
     pub returns: Vec<Declared>,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
     /// An example that fails if the command has no effect.
     pub example: String,
-    /// The degree to which it is implemented.
+    /// The degree to which the command is implemented.
     pub status: Status,
-    /// What is missing or differs.
+    /// Description of what is missing or differs; may be empty.
     pub notes: String,
-    /// Its subject, one word; may be empty.
+    /// Subject under which lists show the command, one word; may be empty.
     pub subject: String,
-    /// The hint for callers that cannot wait.
+    /// The hint for callers that cannot wait for the command.
     pub no_wait: Option<String>,
-    /// Whether its arguments are passed unchecked.
+    /// Whether arguments are passed to the command unchecked.
     pub raw_args: bool,
-    /// Whether parallel scripts may call it.
+    /// Whether scripts that run in parallel may call the command.
     pub side_by_side: bool,
-    /// The table of its functions.
+    /// Copy of the table that the plugin provides.
     pub raw: tatu_command,
 }
 
@@ -232,90 +232,90 @@ impl CommandEntry {
 
 /// A named value for scripts.
 pub struct Constant {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// The value as declared by its plugin; valid as long as the plugin.
+    /// The value as declared by the plugin, which remains valid while the plugin is loaded.
     pub raw: tatu_value,
 }
 
 /// A script source that a plugin provides for a language.
 pub struct Prelude {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// Language.
+    /// Id of the script language.
     pub language: String,
     /// Module name; if it is empty, the prelude runs in every new state.
     pub module: String,
-    /// Its source.
+    /// Source code.
     pub text: Vec<u8>,
 }
 
-/// A kind of actuator.
+/// A kind of actuator that a plugin offers.
 pub struct ActuatorKind {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// Its name in scene files.
+    /// Id, by which scene files refer to it.
     pub id: String,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
-    /// Its parameters.
+    /// Declared parameters, in order.
     pub params: Vec<Declared>,
-    /// Its commands: one number each, in the order of the command buffer.
+    /// Declared commands, each a single number, in the order of the command buffer.
     pub commands: Vec<Declared>,
-    /// Whether it is called before each physics step, instead of once per advance.
+    /// Whether actuators are called before each physics step, instead of once per advance.
     pub every_substep: bool,
     /// The interned keys `<kind>.<parameter>`.
     pub param_props: Vec<u32>,
     /// The interned keys `<kind>.<command>`.
     pub command_props: Vec<u32>,
-    /// Index of its readings among the kinds of sensors, if it reports any.
+    /// Index of the actuator's readings among the kinds of sensors, if it has any.
     pub readings: Option<usize>,
-    /// The table of its functions.
+    /// Copy of the table that the plugin provides.
     pub raw: tatu_actuator,
-    /// Functions to create, configure, save and destroy its instances.
+    /// Functions that create, configure, save and destroy instances.
     pub life: tatu_life,
 }
 
 /// The declarations of a kind of sensor or actuator.
 #[derive(Clone, Copy)]
 pub struct DeviceKind<'a> {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// Its name in scene files.
+    /// Id, by which scene files refer to it.
     pub id: &'a str,
-    /// Its parameters.
+    /// Declared parameters, in order.
     pub params: &'a [Declared],
-    /// Its commands; a sensor has none.
+    /// Declared commands; empty for a sensor.
     pub commands: &'a [Declared],
 }
 
 impl<'a> DeviceKind<'a> {
-    /// Returns all keys that a scene may set.
+    /// Returns the declarations of all keys that a scene can set.
     pub fn declared(self) -> impl Iterator<Item = &'a Declared> {
         self.params.iter().chain(self.commands)
     }
 }
 
-/// An importer.
+/// An importer, which reads files in another format.
 pub struct Importer {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// Its name in scene files.
+    /// Id, by which scene files refer to it.
     pub id: String,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
     /// Suffixes of file names, including the dot.
     pub suffixes: Vec<String>,
-    /// Its parameters.
+    /// Declared parameters, in order.
     pub params: Vec<Declared>,
-    /// The table of its functions.
+    /// Copy of the table that the plugin provides.
     pub raw: tatu_importer,
 }
 
 /// The importer chosen for a file, and notes about the choice.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// Index of the importer.
+    /// Index of the importer in the registry.
     pub importer: usize,
     /// Notes: other importers that also read the file, and importers whose check failed.
     pub notes: Vec<String>,
@@ -339,13 +339,13 @@ impl Importer {
 
 /// A word that identifies the kind of a script.
 pub struct KindMark {
-    /// Language.
+    /// Id of the script language.
     pub language: String,
-    /// Kind of script.
+    /// Kind of the scripts that the word identifies.
     pub kind: String,
-    /// The word.
+    /// The word to search for.
     pub word: String,
-    /// Whether the last line must begin with the word; otherwise it may be a name anywhere in the source.
+    /// Whether the last line must begin with the word. Otherwise, a name anywhere in the source must begin with it.
     pub last: bool,
 }
 
@@ -364,18 +364,18 @@ impl KindMark {
 
 /// A kind of service: a component that runs alongside worlds.
 pub struct ServiceKind {
-    /// Index of the plugin.
+    /// Index of the plugin in the registry.
     pub plugin: usize,
-    /// Its name in scene files and on the command line.
+    /// Id, by which scene files and the command line refer to it.
     pub id: String,
-    /// Description, one sentence.
+    /// Description in one sentence.
     pub text: String,
-    /// Its parameters.
+    /// Declared parameters, in order.
     pub params: Vec<Declared>,
-    /// Names of the events that it subscribes to.
+    /// Names of the events that the service subscribes to.
     pub events: Vec<String>,
-    /// The table of its functions.
+    /// Copy of the table that the plugin provides.
     pub raw: tatu_service,
-    /// Functions to create, configure, save and destroy its instances.
+    /// Functions that create, configure, save and destroy instances.
     pub life: tatu_life,
 }

@@ -1,4 +1,4 @@
-//! The builder of documents, which checks every property against its row.
+//! The builder of documents, which checks every property against its declaration.
 
 use std::{collections::BTreeMap, ops::Range, path::Path, sync::Arc};
 
@@ -22,7 +22,7 @@ use crate::{
 /// Maximum total size of the images of a scene in bytes, at 4 bytes per pixel.
 const MOST_BYTES_OF_IMAGES: usize = 512 << 20;
 
-/// Builds a document.
+/// Adds objects, properties, meshes, images and scripts to a document.
 pub struct Builder<'a> {
     /// The registry of plugins.
     pub registry: &'a Registry,
@@ -30,14 +30,14 @@ pub struct Builder<'a> {
     pub document: &'a mut Document,
     /// Number of the group of objects being added; see [`ObjectSpec::group`].
     pub group: usize,
-    /// The source location that describes the next objects, for error messages.
+    /// The location in a file that describes the objects added next, for error messages.
     pub place: Option<Place>,
     /// Reads text in the scene format, for plugins that build models from text; `None` if this build cannot read text.
     pub texts: Option<ReadText>,
 }
 
-/// Adds the objects that a text in the scene format describes, below a parent. The path is that of the file which the
-/// text comes from; error locations and relative file names refer to it.
+/// Adds the objects that a text in the scene format describes, below a parent. The path is that of the file that
+/// contains the text; error locations and relative file names refer to it.
 pub type ReadText = fn(&mut Builder<'_>, &Path, &str, Option<usize>) -> Result;
 
 /// Maximum number of objects in a document.
@@ -77,7 +77,8 @@ impl<'a> Builder<'a> {
         Ok(self.document.objects.len() - 1)
     }
 
-    /// Returns the declarations of the keys that an object can have: the core's rows, then its device's parameters.
+    /// Returns the declarations of the keys that an object can have: the core's properties, then its device's
+    /// parameters.
     pub fn declared(&self, object: usize) -> Vec<(Declared, Target)> {
         let spec = &self.document.objects[object];
         // The parent is set by `parent`, and the unique name follows from the alias.
@@ -128,7 +129,7 @@ impl<'a> Builder<'a> {
         let declared = self.declared(object);
         let Some((declared, target)) = declared.iter().find(|(d, _)| d.key == short) else {
             let known: Vec<_> = declared.iter().map(|(d, _)| d.key.as_str()).collect();
-            return Err(Error::new("E101", format!("a {kind} has no property `{key}`"))
+            return Err(Error::new("E101", format!("an object of kind `{kind}` has no property `{key}`"))
                 .expected(known.join(", "))
                 .nearest(short, known.iter().copied()));
         };
@@ -164,7 +165,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Sets a setting of the world, such as `scene.dt`, in SI units, or its custom data, `scene.data`. The value is
-    /// always checked, but takes effect only if `whole`: if the scene itself is being built.
+    /// always checked, but takes effect only if `whole` is set, which means that the scene itself is being built.
     pub(super) fn setting(&mut self, key: &str, value: Value, whole: bool) -> Result {
         let short = key.strip_prefix("scene.").unwrap_or(key);
         if short == "data" {
@@ -197,7 +198,7 @@ impl<'a> Builder<'a> {
         self.document.names.rename(object, alias);
     }
 
-    /// Sets a property whose declaration and meaning are known.
+    /// Sets a property, given its declaration and its target.
     pub fn put(&mut self, object: usize, declared: &Declared, target: &Target, value: Value) -> Result {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
             return Err(Error::new("E102", format!("`{}` is read-only", declared.key)));
@@ -235,16 +236,16 @@ impl<'a> Builder<'a> {
         self.registry.sensors.get(spec.device.as_ref()?.kind)
     }
 
-    /// Applies a preset; later settings override it. An empty name has no effect.
+    /// Applies a preset, which later settings override. An empty name sets no properties.
     fn preset(&mut self, object: usize, value: Value) -> Result {
         let id = if let Value::Text(t) = &value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
         if !id.is_empty() {
             let lacks =
-                || Error::new("E104", "a preset is set before the kind of the sensor").help("call `device` first");
+                || Error::new("E104", "a preset must not precede the sensor's kind").help("call `device` first");
             let kind = self.sensor_kind(object).ok_or_else(lacks)?;
             for setting in presets::settings(self.registry, kind, &id)? {
                 self.put(object, &setting.declared, &setting.target, setting.value).map_err(|e| {
-                    let text = format!("the preset `{id}` of the kind of sensor `{}`: {}", kind.id, e.text);
+                    let text = format!("the preset `{id}` of the sensor kind `{}`: {}", kind.id, e.text);
                     Error { text, ..e }
                 })?;
             }
@@ -255,7 +256,7 @@ impl<'a> Builder<'a> {
 
     /// Checks a noise declaration against the sensor's fields, and returns it with full field names.
     fn noise(&self, object: usize, text: &str) -> Result<Value> {
-        let lacks = || Error::new("E104", "noise is set before the kind of the sensor").help("call `device` first");
+        let lacks = || Error::new("E104", "noise must not precede the sensor's kind").help("call `device` first");
         let kind = self.sensor_kind(object).ok_or_else(lacks)?;
         let read = NoiseSpec::parse(text, Some(kind)).map_err(|w| w.in_text(text))?;
         Ok(Value::text(read.to_toml()))
@@ -279,11 +280,15 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Sets a row on a blank object of the same kind, so that a value that a live object would reject is rejected here.
+    /// Sets a property of a blank object of the same kind, to report a value that a live object would reject.
     fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
         if row == Row::Mesh {
             let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
-            return if there { Ok(()) } else { Err(Error::new("E102", "there is no mesh with that number")) };
+            return if there {
+                Ok(())
+            } else {
+                Err(Error::new("E102", "`mesh` is not the number of an existing mesh"))
+            };
         }
         if row == Row::Parts {
             let last = self.document.meshes.len();
@@ -363,9 +368,9 @@ impl<'a> Builder<'a> {
         }
         let all = self.document.images.iter().map(|known| known.rgba().len()).sum::<usize>() + found;
         if all > MOST_BYTES_OF_IMAGES {
-            return Err(Error::new("E102", format!("the images of the scene have {} MB", all >> 20))
-                .expected(format!("at most {} MB in all, at 4 bytes a pixel", MOST_BYTES_OF_IMAGES >> 20))
-                .help("make the images smaller; many surfaces can share one"));
+            return Err(Error::new("E102", format!("the images of the scene occupy {} MB", all >> 20))
+                .expected(format!("at most {} MB in total, at 4 bytes per pixel", MOST_BYTES_OF_IMAGES >> 20))
+                .help("reduce the size of the images, or share images between surfaces"));
         }
         self.document.images.push(Arc::new(image));
         Ok(self.document.images.len())
@@ -402,11 +407,11 @@ impl<'a> Builder<'a> {
         self.document.models.push(super::ModelInstance { number, base, params: params.to_vec() });
     }
 
-    /// Turns the objects from index `first` on into a model placed at `placement`; returns its base, or `None` if there
-    /// are no objects.
+    /// Makes the objects from index `first` on a model with the pose `placement`. Returns the base of the model, or
+    /// `None` if there are no objects.
     pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>) -> Option<usize> {
         let base = self.document.objects.get_mut(first)?;
-        // The base of a model may also be the base of a model nested in it.
+        // The base of a model can also be the base of a model nested in it.
         base.placement = placement * base.placement;
         if !base.rows.iter().any(|(r, _)| *r == Row::ModelBase) {
             base.rows.push((Row::ModelBase, Value::Bool(true)));

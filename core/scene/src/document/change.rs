@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use tatu_errors::{Error, Place, Result};
 use toml_edit::Item;
 
-/// A property to override.
+/// An override of a property.
 #[derive(Debug, Clone)]
 pub struct Override {
-    /// The object that relative paths start from.
+    /// Index of the object that relative paths start from; `None` for the world.
     pub from: Option<usize>,
     /// Path of the object, or "scene".
     pub path: String,
@@ -29,7 +29,7 @@ impl Override {
                 .help("for instance `/Robot/leftMotor.max_force_nm=2`, or `scene.dt_s=0.01`")
         };
         let (left, value) = text.split_once('=').ok_or_else(wrong)?;
-        // Both settings and paths of objects may contain dots.
+        // Names of settings and paths of objects can both contain dots.
         let scene = left.split_once('.').filter(|(path, _)| path.trim() == "scene");
         let (path, key) = scene.or_else(|| left.rsplit_once('.')).ok_or_else(wrong)?;
         let item = value
@@ -44,9 +44,9 @@ impl Override {
 /// A script that replaces all scripts of an object.
 #[derive(Debug, Clone)]
 pub struct ScriptOverride {
-    /// Path of the object.
+    /// Path of the object that owns the scripts.
     pub path: String,
-    /// The script file.
+    /// Path of the script file.
     pub file: PathBuf,
 }
 
@@ -55,7 +55,7 @@ impl ScriptOverride {
     pub fn parse(text: &str) -> Result<Self> {
         let (path, file) = text
             .split_once('=')
-            .ok_or_else(|| Error::new("E102", format!("`{text}` does not name a file")).expected("OBJECT=FILE"))?;
+            .ok_or_else(|| Error::new("E102", format!("`{text}` does not specify a file")).expected("OBJECT=FILE"))?;
         Ok(ScriptOverride { path: path.into(), file: file.into() })
     }
 }

@@ -5,9 +5,9 @@
 pub struct Entry {
     /// Name of the table: `object`, `model` or `import`.
     pub what: &'static str,
-    /// Its index among the tables of that name.
+    /// Index of the table among those with the same name.
     pub index: usize,
-    /// Index of its first object; for a model or import, its base.
+    /// Index of the first object that the table describes, which is the base of a model or import.
     pub first: usize,
     /// Whether the table places a model or an imported file.
     pub places: bool,

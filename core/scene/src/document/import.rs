@@ -22,18 +22,18 @@ use super::{
 pub(super) struct Import<'a> {
     /// Path of the file.
     pub file: &'a Path,
-    /// Its contents.
+    /// Contents of the file.
     pub bytes: &'a [u8],
     /// The chosen importer.
     pub choice: Choice,
-    /// Parameters of the importer, by key.
+    /// Specified parameters of the importer, by key.
     pub params: &'a [(String, Value)],
-    /// Whether the file is the scene itself rather than a part of one: its settings and its main script then apply, and
-    /// its objects belong to the scene.
+    /// Whether the file is the scene itself rather than a part of it. If so, its settings and its main script apply,
+    /// and its objects belong to the scene.
     pub whole: bool,
 }
 
-/// Reads a file to import. `name` is its name as written in the scene, for error messages.
+/// Reads a file to import. `name` is the name of the file as written in the scene, for error messages.
 pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u8>> {
     let fail = |why: String| {
         Error::new("E105", format!("cannot read the import `{name}`: {why}"))
@@ -49,10 +49,8 @@ pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u
 }
 
 impl Builder<'_> {
-    /// Imports a file; returns the index of the first object, which is the base.
-    ///
-    /// The importer may read files in and below the folder of the imported file, that of the scene and the current
-    /// directory.
+    /// Imports a file; returns the index of the first object, which is the base. The importer can read files in and
+    /// below three folders: that of the imported file, that of the scene, and the current directory.
     pub(super) fn import(
         &mut self,
         import: Import<'_>,

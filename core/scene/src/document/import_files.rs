@@ -6,13 +6,13 @@ use tatu_errors::{Error, Result};
 
 use super::sources::Sources;
 
-/// The source of a build.
+/// The source from which objects are built.
 pub(super) struct Source {
-    /// Name of the file, as a prefix of the reports about it.
+    /// Name of the source file, which precedes the reports about it.
     pub name: Option<String>,
-    /// The folder that file names are relative to; without it, no files can be read.
+    /// The folder that file names are relative to; `None` if no files can be read.
     pub folder: Option<PathBuf>,
-    /// Folders that files must be in.
+    /// The permitted folders: files must be in or below one of them.
     pub roots: Vec<PathBuf>,
     /// Whether the source is the scene itself, rather than a part of one.
     pub whole: bool,
@@ -22,8 +22,8 @@ pub(super) struct Source {
 pub(super) const MOST_BYTES: u64 = 1 << 28;
 
 impl Source {
-    /// Reads a file relative to the source; returns `None` if it does not exist, so that the plugin may try a different
-    /// name. Leaving the permitted folders by `..`, by an absolute path or by a link is an error.
+    /// Reads a file relative to the source. Returns `None` if the file does not exist, in which case the plugin can try
+    /// a different name. Leaving the permitted folders by `..`, by an absolute path or by a link is an error.
     pub fn read(&self, name: &str, sources: &Sources) -> Result<Option<Vec<u8>>> {
         let Some(folder) = &self.folder else { return Ok(None) };
         let wanted = folder.join(name);

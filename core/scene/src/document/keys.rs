@@ -15,16 +15,16 @@ use crate::{drive, texture::KEYS as TEXTURE_KEYS};
 
 /// The contents of a scene file, used to convert byte offsets to lines and columns.
 pub struct Text<'a> {
-    /// The file.
+    /// Path of the file.
     pub file: &'a Path,
-    /// Its text.
+    /// Contents of the file.
     pub text: &'a str,
-    /// Offsets of the line starts.
+    /// Byte offset of the start of each line.
     lines: Vec<usize>,
 }
 
 impl<'a> Text<'a> {
-    /// Finds the line starts of a text.
+    /// Creates the value and finds the starts of the lines.
     pub fn new(file: &'a Path, text: &'a str) -> Self {
         let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
         Text { file, text, lines: std::iter::once(0).chain(breaks).collect() }
@@ -66,7 +66,7 @@ pub fn to_map(item: &Item) -> Result<Value> {
     Ok(Value::Map(entries.collect::<Result<_>>()?))
 }
 
-/// Converts a value of custom data; bytes that are not text are written as `{ base64 = "..." }`.
+/// Converts a value of custom data. Bytes that are not valid UTF-8 are written as `{ base64 = "..." }`.
 fn free(item: &Item) -> Result<Value> {
     let coded = item.as_table_like().filter(|t| t.len() == 1).and_then(|t| t.get("base64")).and_then(Item::as_str);
     let Some(coded) = coded else { return to_value(item, 1.0) };
@@ -94,7 +94,7 @@ fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
                 _ => Value::List(items),
             }
         }
-        // A table with the key `name` is not a part of a compound; the code that uses the value knows its keys.
+        // A table with the key `name` is not a part of a compound; the code that uses the value checks its keys.
         T::InlineTable(t) if t.contains_key("name") => {
             let entries = t.iter().map(|(k, v)| Ok((Value::text(k), value(v, 1.0)?)));
             Value::Map(entries.collect::<Result<_>>()?)
@@ -117,7 +117,7 @@ pub const PART_KEYS: &[(&str, &str)] = &[
     ("convex", ""),
 ];
 
-/// Converts a part of a compound, whose keys carry units.
+/// Converts a part of a compound, whose keys include units.
 fn part(table: &toml_edit::InlineTable) -> Result<Value> {
     table.iter().map(|(k, v)| with_unit("a part", PART_KEYS, k, v)).collect::<Result<_>>().map(Value::Map)
 }
@@ -132,7 +132,7 @@ pub fn to_drive(item: &Item) -> Result<Value> {
     table.iter().map(entry).collect::<Result<_>>().map(Value::Map)
 }
 
-/// Converts an entry of a table whose keys carry units.
+/// Converts an entry of a table whose keys include units.
 fn with_unit(what: &str, known: &[(&str, &str)], written: &str, v: &toml_edit::Value) -> Result<(Value, Value)> {
     let found = known.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));
     let Some((key, factor)) = found else {

@@ -1,5 +1,5 @@
-//! Documents of live trees. They include everything that was added, moved or changed since the tree was built, but not
-//! velocities or the internal state of scripts and devices, because a document describes how something starts.
+//! Documents of live trees. They include everything that was added, moved or changed since the tree was built. They do
+//! not include velocities or the internal state of scripts and devices, because a document describes an initial state.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -13,7 +13,7 @@ use crate::{
     texture::ShapeTexture,
 };
 
-/// Callbacks that return data of objects that is not stored in the tree.
+/// Callbacks that return the data of objects that the tree does not store.
 pub struct Beside<'a> {
     /// Returns the kind and parameters of a sensor's or actuator's device, by slot.
     pub device: &'a dyn Fn(u32) -> Option<DeviceSpec>,
@@ -82,7 +82,7 @@ impl Assets {
         Value::Int(at as i64 + 1)
     }
 
-    /// Returns a texture as a value with the number that its image has in this list, or `None` without an image.
+    /// Returns a texture as a table with the number of its image in this list, or `None` if the image is missing.
     fn texture(&mut self, texture: &ShapeTexture) -> Option<Value> {
         let image = texture.image.as_ref()?;
         let known = self.images.iter().position(|i| Arc::ptr_eq(i, image) || self.by_contents && **i == **image);
@@ -94,11 +94,11 @@ impl Assets {
     }
 }
 
-/// Returns the rows of an object that differ from those of a new one of its kind.
+/// Returns the properties of an object that differ from those of a new object of the same kind.
 pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, assets: &mut Assets) -> Vec<(Row, Value)> {
     let Some(o) = scene.get(slot) else { return Vec::new() };
     let (blank, blank_slot) = blank(o.kind(), device);
-    // The preset will be applied when the file is read, so every value must be written.
+    // When the file is read, the preset is applied, so values that equal the defaults must also be written.
     let preset = matches!(&o.data, Data::Sensor(s) if !s.preset.is_empty());
     let pose = Value::Floats(pose_to_array(&scene.local(slot)).to_vec());
     let mut out = vec![(Row::Name, Value::text(o.name())), (Row::Pose, pose)];
@@ -130,7 +130,7 @@ pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, assets
     out
 }
 
-/// Returns a tree with one new object of a kind.
+/// Returns a tree that contains one new object of a kind, and the object's slot.
 fn blank(kind: i32, device: Option<&DeviceSpec>) -> (Scene, u32) {
     let spec = ObjectSpec {
         kind,
@@ -212,7 +212,7 @@ mod tests {
                 assert_eq!(get(&scene, old, row).ok(), get(&again, new, row).ok(), "{row:?}");
             }
         }
-        // Part of the tree as a separate document.
+        // A part of the tree becomes a separate document.
         let part = Document::of_scene(&scene, b, Settings::default(), &beside);
         assert_eq!((part.objects.len(), part.objects[0].parent, part.objects[1].parent), (2, None, Some(0)));
     }

@@ -1,9 +1,9 @@
 //! Documents: descriptions of scenes, built from scene files, models or imported files, or from a live tree.
 //!
 //! - [`Document`]: objects, scripts, settings;
-//! - [`Builder`]: builds a document, and checks every property against its row;
-//! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats;
-//!   `import_files`: the further files that importers read; `live`: the document of a running scene;
+//! - [`Builder`]: builds a document, and checks every property against its declaration;
+//! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats; `import_files`:
+//!   the additional files that importers read; `live`: the document of a running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
 //! - `presets`: named settings of sensors; `removal`: removal of parts of models; `stand`: the pose of an object that
 //!   is replaced;
@@ -57,10 +57,10 @@ use tatu_plugins::Declared;
 
 /// The kind of script that runs the stages of a step itself.
 pub const MAIN: &str = "main";
-/// The kinds of scripts.
+/// The kinds of scripts that a document can contain.
 pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN, "threaded"];
 
-/// Priorities of scripts, by name.
+/// Names of the priorities of scripts; the index of a name is the priority.
 pub const PRIORITIES: &[&str] = &["first", "normal", "last"];
 /// The default priority of scripts, as an index into [`PRIORITIES`].
 pub const NORMAL: u8 = 1;
@@ -68,20 +68,20 @@ pub const NORMAL: u8 = 1;
 /// A script of an object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScriptSpec {
-    /// Index of its language.
+    /// Index of the script's language in the registry.
     pub language: usize,
-    /// Its dialect; if empty, the scene's dialect, or the one inferred from the source.
+    /// Dialect of the script; if empty, the scene's dialect, or the one inferred from the source.
     pub dialect: String,
     /// "child", "threaded", "customization" or "main"; for scripts that are not part of a document, "addon" or
     /// "sandbox".
     pub kind: String,
-    /// Order among scripts of one object, or of siblings: 0 first, 1 (the default), 2 last.
+    /// Order among the scripts of an object and of its siblings: 0 for first, 1 for the default, 2 for last.
     pub priority: u8,
-    /// Whether its actuation and sensing may run in parallel with those of other scripts.
+    /// Whether the script's actuation and sensing can run in parallel with those of other scripts.
     pub side_by_side: bool,
     /// Name for messages: usually the file it was read from, or the alias of its object.
     pub name: String,
-    /// Its source code.
+    /// Source code of the script.
     pub text: Vec<u8>,
 }
 
@@ -103,26 +103,27 @@ pub struct DeviceSpec {
     pub params: Vec<(String, Value)>,
 }
 
-/// Description of an object.
+/// Description of an object, from which live objects are created.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectSpec {
     /// Kind of the object, a `TATU_KIND_*` constant.
     pub kind: i32,
-    /// Its alias.
+    /// Alias of the object.
     pub alias: String,
-    /// Index of the parent.
+    /// Index of the parent; `None` if the object has no parent.
     pub parent: Option<usize>,
-    /// Rows that are set, in order.
+    /// Properties that are set, in order; later values override earlier ones.
     pub rows: Vec<(Row, Value)>,
-    /// Its device, for a sensor or actuator.
+    /// Device of a sensor or actuator.
     pub device: Option<DeviceSpec>,
-    /// Its scripts.
+    /// Scripts of the object, in order.
     pub scripts: Vec<ScriptSpec>,
     /// Placement of a model, applied before the object's own pose.
     pub placement: Isometry3<f64>,
-    /// Number of the group of objects that were added together. They share the suffix of their unique names.
+    /// Number of the group of objects that were added together, which share the suffix of their unique names; 0 for
+    /// objects of the scene itself.
     pub group: usize,
-    /// The source location of its description.
+    /// The location in a file that describes the object.
     pub place: Option<Place>,
 }
 
@@ -139,15 +140,16 @@ impl ObjectSpec {
 /// A model or import placed by the document.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelInstance {
-    /// Its number, in the order in which builds were started. It stays the same when other models are removed.
+    /// Number of the model, in the order in which builds were started. It does not change when other models are
+    /// removed.
     pub number: usize,
-    /// Index of its base object.
+    /// Index of the model's base object.
     pub base: usize,
-    /// Its parameters.
+    /// Parameters that the model declares.
     pub params: Vec<Declared>,
 }
 
-/// A message of a builder about its source.
+/// A message of a model or importer about its source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Report {
     /// `TATU_REPORT_NOTE` or `TATU_REPORT_WARNING`. An error fails the build instead, and unsupported parts are stored
@@ -172,7 +174,7 @@ impl Report {
 /// Description of a complete scene.
 #[derive(Debug, Clone, Default)]
 pub struct Document {
-    /// The file it was read from.
+    /// The file that the document was read from, if any.
     pub file: Option<PathBuf>,
     /// Settings of the world.
     pub settings: Settings,
@@ -194,7 +196,7 @@ pub struct Document {
     chain: Vec<PathBuf>,
     /// Services to start alongside the world.
     pub services: Vec<ServiceSpec>,
-    /// Messages of builders.
+    /// Messages of models and importers about their sources.
     pub reports: Vec<Report>,
     /// Permissions that the scene requests, in the form of `--allow`; only the user who runs it can grant them.
     pub asks: Vec<String>,
@@ -207,19 +209,19 @@ pub struct Document {
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     /// Whether importers should describe their files; see [`Options::describe`].
     pub(crate) describe: bool,
-    /// Index of the objects by alias.
+    /// The tree of aliases, by which objects are found.
     pub(crate) names: names::Names,
     /// The last group number; see [`ObjectSpec::group`].
     groups: usize,
     /// Suffixes of the unique names of groups, where the file specifies them, by group number.
     group_suffixes: BTreeMap<usize, i32>,
-    /// Number of scenes read as models so far.
+    /// Number of models and scenes that have been read from files so far.
     scenes_within: usize,
-    /// Aliases that `[set]` has replaced, by object.
+    /// Original aliases of the objects whose alias was overridden, by object.
     pub(crate) replaced_aliases: BTreeMap<usize, String>,
-    /// The tables of its file that describe objects, in order.
+    /// The tables of the scene file that describe objects, in order.
     pub(crate) entries: Vec<entry::Entry>,
-    /// Its source files.
+    /// The source files of the document.
     pub sources: Sources,
 }
 
@@ -236,8 +238,8 @@ impl Document {
         scene.friction_pairs.clone_from(&self.settings.friction_pairs);
         scene.joint_solver = self.settings.joint_solver;
         let slots = self.plant(&mut scene, 0);
-        // Names are assigned in file order, so that the first of equal ones keeps its plain name: one object at a time
-        // in the scene itself, and one group at a time in models.
+        // Names are assigned in file order, so the first of several equal aliases becomes a unique name without a
+        // suffix. Objects of the scene itself are named one at a time, those of models one group at a time.
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (i, spec) in self.objects.iter().enumerate().filter(|(_, o)| o.group > 0) {
             members.entry(spec.group).or_default().push(i);
@@ -282,8 +284,8 @@ impl Document {
         }
     }
 
-    /// Adds the objects to a tree below `above` (0 for the world), with only their aliases as names. Returns the slot
-    /// of each object, or 0 if the tree is full.
+    /// Adds the objects to a tree below `above` (0 for the world), without suffixes in their names. Returns the slot of
+    /// each object, or 0 for an object that does not fit in the tree.
     pub fn plant(&self, scene: &mut Scene, above: u32) -> Vec<u32> {
         let mut slots = Vec::with_capacity(self.objects.len());
         for spec in &self.objects {
@@ -309,7 +311,7 @@ impl Document {
             slots.push(slot);
             // The caller assigns names to all objects together.
             for (row, value) in spec.rows.iter().filter(|(r, _)| *r != Row::Name) {
-                // This cannot fail: the value was checked when the document was built.
+                // This cannot fail, because the value was checked when the document was built.
                 let _ = crate::set(scene, slot, *row, value);
             }
             self.fill_parts(scene, slot);
@@ -359,7 +361,7 @@ impl Document {
         for spec in self.objects.iter().filter(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_SHAPE) {
             let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
             let lacks = match last(Row::Primitive) {
-                Some(Value::Text(t)) if t == b"mesh" && last(Row::Mesh).is_none() => "a mesh: set `mesh`",
+                Some(Value::Text(t)) if t == b"mesh" && last(Row::Mesh).is_none() => "mesh: set `mesh`",
                 Some(Value::Text(t)) if t == b"compound" && last(Row::Parts).is_none() => "parts: set `parts`",
                 _ => continue,
             };
@@ -392,7 +394,7 @@ impl Document {
 /// A service to start alongside the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ServiceSpec {
-    /// Index of its kind.
+    /// Index of the service kind in the registry.
     pub kind: usize,
     /// Specified parameters, by key, in SI units; later ones override earlier ones.
     pub params: Vec<(String, Value)>,

@@ -1,4 +1,5 @@
-//! The tree of a document by aliases, used to look up paths while it is being built, and to assign unique names.
+//! The tree of the aliases in a document. It is used to look up paths while the document is being built, and to assign
+//! unique names.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,20 +7,20 @@ use nalgebra::Isometry3;
 
 use crate::{Data, Scene};
 
-/// Aliases and parents of the objects so far.
+/// Aliases and parents of the objects added so far.
 #[derive(Debug, Clone, Default)]
 pub struct Names {
     scene: Scene,
-    /// The slot of each object.
+    /// The slot in `scene` of each object of the document.
     slots: Vec<u32>,
-    /// The object in each slot.
+    /// Index, in the document, of the object in each slot.
     objects: Vec<usize>,
-    /// Objects whose unique name is specified in the file, by alias and number. No other object gets such a name.
+    /// Objects whose unique name is specified in the file, by alias and suffix. No other object gets such a name.
     told: BTreeMap<(String, i32), usize>,
 }
 
 impl Names {
-    /// Adds the next object.
+    /// Adds an object, with the next index.
     pub fn add(&mut self, parent: Option<usize>, alias: &str) {
         let slot = self.scene.add(self.slot(parent), alias, Isometry3::identity(), Data::Dummy(None)).unwrap_or(0);
         self.slots.push(slot);
@@ -29,7 +30,7 @@ impl Names {
     /// Removes objects; the indices of later objects decrease accordingly.
     pub fn remove(&mut self, gone: &BTreeSet<usize>) {
         let Some(first) = gone.first().copied().filter(|f| *f < self.slots.len()) else { return };
-        // Children come after their parents; in reverse order, none of them is attached to another parent.
+        // Children follow their parents, so removal in reverse order never attaches a child to a different parent.
         for object in gone.iter().rev() {
             self.scene.remove(self.slot(Some(*object)));
         }
@@ -56,7 +57,8 @@ impl Names {
         self.scene.set_name(self.slot(Some(object)), alias, -1);
     }
 
-    /// Records the unique name that the file specifies for an object. If several objects specify it, the first has it.
+    /// Records the unique name that the file specifies for an object. If it is specified for several objects, the first
+    /// one keeps it.
     pub fn tell(&mut self, object: usize, alias: &str, suffix: i32) {
         self.told.entry((alias.to_owned(), suffix)).or_insert(object);
     }
@@ -76,8 +78,8 @@ impl Names {
         self.scene.only(alias).map(|slot| self.objects[slot as usize])
     }
 
-    /// Finds an object by a path that consists only of aliases. Returns `None` if it does not exist, or if the path has
-    /// other parts.
+    /// Finds an object by a path that consists only of aliases. Returns `None` if the object does not exist, or if the
+    /// path contains `:` or `#`.
     pub fn find(&self, from: Option<usize>, path: &str) -> Option<usize> {
         if path.contains([':', '#']) {
             return None;
@@ -99,7 +101,8 @@ impl Names {
     }
 }
 
-/// Returns the suffix of a unique name, -1 for `b` and n for `b#n`, or `None` if it is not a name with this alias.
+/// Returns the suffix of a unique name, -1 for `b` and n for `b#n`, or `None` if the name does not consist of this
+/// alias and a suffix.
 pub fn suffix_of(name: &str, alias: &str) -> Option<i32> {
     match name.strip_prefix(alias)? {
         "" => Some(-1),

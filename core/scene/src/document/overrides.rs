@@ -26,7 +26,7 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
             return Ok(one);
         }
     }
-    // Within a model, its own alias names its base.
+    // Within a model, the model's alias refers to its base.
     if let Some(base) = from
         && let Some(rest) = path.strip_prefix(document.objects[base].alias.as_str())
     {
@@ -118,8 +118,9 @@ pub(super) fn apply(
     Ok(None)
 }
 
-/// Returns the object of an override, and whether its key names the kind of the property, as in `/robot.shape.color`. A
-/// parameter of a model may have the same key as a property of its base, and takes precedence.
+/// Returns the object of an override, and whether the override specifies the kind of the property, as in
+/// `/robot.shape.color`. Without the kind, a parameter of a model takes precedence over a property of its base with the
+/// same key.
 fn found(document: &Document, o: &Override) -> Result<(usize, bool)> {
     let plain = find(document, o.from, &o.path);
     let qualified = || {
@@ -149,7 +150,7 @@ fn model_param(document: &Document, object: usize, o: &Override) -> Result<Optio
     Ok(Some((number, entry.0.key.clone(), value)))
 }
 
-/// Replaces all scripts of objects by others.
+/// Replaces all scripts of each object that an override refers to.
 pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all: &[ScriptOverride]) -> Result {
     for o in all {
         let object = find(document, None, &o.path)?;
@@ -159,7 +160,7 @@ pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all:
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
         let name = o.file.display().to_string();
         let language = registry.language(&name, &document.settings.providers)?;
-        // The new script takes over the kind of the old one: a main script stays a main script.
+        // The new script has the kind of the first script that it replaces: a main script remains a main script.
         let kind = document.objects[object].scripts.first().map_or("child".into(), |s| s.kind.clone());
         let priority = crate::document::NORMAL;
         let spec = ScriptSpec { language, dialect: String::new(), kind, priority, side_by_side: false, name, text };

@@ -1,4 +1,4 @@
-//! The builder interface for plugins.
+//! The builder interface for plugins, and the building of models.
 
 use std::{
     cell::RefCell,
@@ -22,10 +22,10 @@ use tatu_plugins::{
 
 use super::{Builder, Report, SCRIPT_KINDS, ScriptSpec, import_files::Source};
 
-/// A build: the builder, and the first error so far.
+/// A build in progress: the builder, and the first error so far.
 struct Build<'b, 'a> {
     builder: RefCell<&'b mut Builder<'a>>,
-    /// Index of the plugin's object 1.
+    /// Index in the document of the object that has the number 1 in the build.
     first: usize,
     parent: Option<usize>,
     error: RefCell<Option<Error>>,
@@ -41,7 +41,7 @@ pub(super) enum Failed {
     Breach(Error),
     /// The first error that the host reported.
     Refused(Error),
-    /// The plugin's own error.
+    /// The error that the plugin reported.
     Said(ErrorSlot),
 }
 
@@ -49,7 +49,7 @@ pub(super) enum Failed {
 pub(super) struct BuildCall<'a> {
     pub plugin: usize,
     pub call: Call,
-    /// What is being built, for messages.
+    /// Description of what is being built, for messages.
     pub subject: &'a str,
 }
 
@@ -93,7 +93,7 @@ fn run_model(builder: &mut Builder<'_>, info: &Model, params: &[(String, Value)]
     });
     let plugin = &registry.plugins[info.plugin].id;
     let built = builder.document.objects.get(first..).unwrap_or_default();
-    // A model that is read from text may leave out objects, and with them slots.
+    // A model that is read from text can leave out objects, including those of slots.
     let lost = info.slots.iter().find(|s| !built.iter().any(|o| o.alias == s.alias));
     if let Some(slot) = lost.filter(|_| done.is_ok() && info.file.is_none()) {
         let slot = &slot.alias;
@@ -284,7 +284,7 @@ unsafe extern "C" fn textured_mesh(
 unsafe extern "C" fn image(t: Option<&tatu_builder>, rgba: *const u8, width: u32, height: u32) -> u64 {
     let pixels = u64::from(width) * u64::from(height);
     if rgba.is_null() || pixels > MOST_PIXELS as u64 {
-        let lacks = if rgba.is_null() { "null pointer".into() } else { format!("expected at most {MOST_PIXELS}") };
+        let lacks = if rgba.is_null() { "its pointer is null".into() } else { format!("the limit is {MOST_PIXELS}") };
         let error = Error::new("E111", format!("an image of {width} x {height} pixels was refused: {lacks}"));
         with(t, |_, _| Err::<(), _>(error));
         return 0;
@@ -349,7 +349,7 @@ extern "C" fn describe(t: Option<&tatu_builder>, map: Option<&ValueRef<'_>>) -> 
             b.document.description = Some(map);
             Ok(())
         }
-        _ => Err(Error::new("E102", "the description of a file is not a map")),
+        _ => Err(Error::new("E102", "the description of a file must be a map")),
     });
     told.map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
 }
@@ -357,7 +357,7 @@ extern "C" fn describe(t: Option<&tatu_builder>, map: Option<&ValueRef<'_>>) -> 
 extern "C" fn scene(t: Option<&tatu_builder>, parent: u32, name: Lent<'_>, text: Lent<'_>) -> tatu_status {
     let added = with(t, |build, b| {
         let parent = if parent == 0 { build.parent } else { Some(index(build, parent)?) };
-        let lacks = || Error::new("E112", "this build cannot read texts in the scene format");
+        let lacks = || Error::new("E112", "this build cannot read text in the scene format");
         let read = b.texts.ok_or_else(lacks)?;
         let file = match name.text() {
             name if name.is_empty() => build.file.clone(),
@@ -374,7 +374,7 @@ extern "C" fn file<'a>(t: Option<&'a tatu_builder>, relative: Lent<'_>, out: Opt
         let Some(bytes) = build.source.read(&name, &b.document.sources)? else { return Ok(None) };
         let mut files = build.files.borrow_mut();
         files.push(bytes);
-        // The bytes of each inner vector stay in place when the outer vector grows.
+        // The bytes of each inner vector keep their address when the outer vector grows.
         Ok(files.last().map(|b| tatu_plugins::border::raw(b)))
     });
     match (read.flatten(), out) {

@@ -16,13 +16,13 @@ use crate::{
 /// The meaning of a key of an object.
 #[derive(Debug, Clone, Copy)]
 pub enum Target {
-    /// One of the core's rows.
+    /// One of the core's properties.
     Row(Row),
-    /// A parameter or command of its device, by index.
+    /// A parameter or command of the object's device, by index.
     Param(usize),
 }
 
-/// Returns the row with a key.
+/// Returns the property with a key, or `Row::None` if there is no such property.
 pub(super) fn row(key: &str) -> Row {
     ROWS.iter().position(|r| r.key == key).map_or(Row::None, |i| Row::of(i as u32))
 }
@@ -33,24 +33,24 @@ pub struct Setting {
     pub declared: Declared,
     /// The meaning of the key.
     pub target: Target,
-    /// The value.
+    /// The value, in SI units.
     pub value: Value,
 }
 
-/// Parses the settings of a preset, in order. Errors in its lines are reported here, with their line numbers, since the
-/// preset has not been parsed before.
+/// Parses the settings of a preset, in order. Errors are reported with their line numbers in the preset, which has not
+/// been parsed before.
 pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<Setting>> {
     let Some(preset) = kind.presets.iter().find(|p| p.id == id) else {
         let known: Vec<&str> = kind.presets.iter().map(|p| p.id.as_str()).collect();
         let expected = if known.is_empty() { "none: it has no presets".to_owned() } else { known.join(", ") };
-        let error = Error::new("E102", format!("the kind of sensor `{}` has no preset `{id}`", kind.id));
+        let error = Error::new("E102", format!("the sensor kind `{}` has no preset `{id}`", kind.id));
         return Err(error.expected(expected).nearest(id, known));
     };
     let plugin = &registry.plugins[kind.plugin].id;
     let text = keys::Text::new(Path::new(""), &preset.settings);
     let wrong = |e: Error, span: Option<std::ops::Range<usize>>| {
         let line = text.place(span).line;
-        let whose = format!("line {line} of the preset `{id}` of the kind of sensor `{}` (plugin `{plugin}`)", kind.id);
+        let whose = format!("line {line} of the preset `{id}` of the sensor kind `{}` (plugin `{plugin}`)", kind.id);
         Error { text: format!("{whose}: {}", e.text), ..e }
     };
     let doc = toml_edit::Document::parse(preset.settings.as_str())
@@ -70,14 +70,15 @@ pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<
     Ok(out)
 }
 
-/// Returns the keys that a preset may set: parameters, and the rows of sensors except those that identify the object.
+/// Returns the keys that a preset can set: the parameters of the kind, and the properties of all sensors except those
+/// that identify the object or its preset.
 fn declared(kind: &SensorKind) -> Vec<(Declared, Target)> {
     let rows = rows_of(Some(TATU_KIND_SENSOR)).map(|r| (r.param(), Target::Row(row(r.key))));
     let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name | Row::Alias | Row::Preset)));
     rows.chain(kind.params.iter().enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
 }
 
-/// Converts an item of a file to the text of the row `sensor.noise`, with full field names.
+/// Converts an item of a file to a value of the property `sensor.noise`, with full field names.
 pub fn noise(item: &Item, kind: Option<&SensorKind>) -> Result<Value, (Error, Option<std::ops::Range<usize>>)> {
     NoiseSpec::of_item(item, kind).map(|n| Value::text(n.to_toml())).map_err(|w| (w.error, w.span))
 }

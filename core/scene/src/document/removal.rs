@@ -1,4 +1,4 @@
-//! Removal of parts of models by the scene.
+//! Removal of parts of models that a scene does not use.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,8 @@ use super::{Document, change::Override, overrides};
 impl Document {
     /// Removes objects with their descendants. The indices of objects before the first removed one do not change.
     /// Overrides of removed objects are dropped. The cost is proportional to the number of objects from the first
-    /// removed one on, not to the size of the document: models that remove parts may be placed thousands of times.
+    /// removed one on, not to the size of the document, because models that remove parts can be placed thousands of
+    /// times.
     pub(super) fn remove(&mut self, tops: &BTreeSet<usize>) {
         let Some(first) = tops.first().copied() else { return };
         let mut gone: BTreeSet<usize> = BTreeSet::new();
@@ -55,7 +56,7 @@ impl Document {
     }
 
     /// Returns the indices of the overrides in `sets` that apply to one of these objects. Overrides that are not
-    /// relative to a model are left out: they are resolved when all objects exist.
+    /// relative to a model are left out, because they are resolved when all objects exist.
     pub(super) fn sets_on(&self, objects: &BTreeSet<usize>) -> Vec<usize> {
         // Most paths only descend, and need not be resolved unless they start at one of the objects or at an ancestor.
         let mut above = objects.clone();

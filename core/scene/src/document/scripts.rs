@@ -43,14 +43,14 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     if file.is_none() {
         let wanted = "a file name, or { file or text, language, dialect, kind, priority, side_by_side }";
         let wrong = |what: String| Error::new("E102", what).expected(wanted).at(Some(place.clone()));
-        let table = item.as_table_like().ok_or_else(|| wrong("a script must be a text or a table".into()))?;
+        let table = item.as_table_like().ok_or_else(|| wrong("a script must be a string or a table".into()))?;
         for (key, item) in table.iter() {
             if key == "side_by_side" {
                 side_by_side =
                     item.as_bool().ok_or_else(|| wrong("`side_by_side` of a script must be true or false".into()))?;
                 continue;
             }
-            let value = item.as_str().ok_or_else(|| wrong(format!("`{key}` of a script must be a text")))?.to_owned();
+            let value = item.as_str().ok_or_else(|| wrong(format!("`{key}` of a script must be a string")))?.to_owned();
             match key {
                 "file" => file = Some(value),
                 "text" => text = Some(value.into_bytes()),
@@ -104,14 +104,14 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         .map_err(|e| e.at(Some(place)))
 }
 
-/// Returns the language of a script that does not name its language: the only one that is loaded, or `None` if no
-/// language is loaded. Fails if several are loaded.
+/// Returns the language of a script that does not specify its language: the only one that is loaded, or `None` if no
+/// language is loaded. Fails if several languages are loaded.
 fn only_language(languages: &[Language]) -> Result<Option<&str>> {
     let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
     if ids.len() < 2 {
         return Ok(ids.first().copied());
     }
     let ids: Vec<_> = ids.iter().map(|id| format!("`{id}`")).collect();
-    Err(Error::new("E109", "a script without a file does not name its language, and there are several languages")
+    Err(Error::new("E109", "a script without a file must specify its language, as several languages are loaded")
         .expected(format!("`language = ...`, one of {}", ids.join(", "))))
 }

@@ -20,7 +20,7 @@ pub struct ServiceOverride {
 }
 
 impl ServiceOverride {
-    /// Creates an override with a single text parameter.
+    /// Creates an override with a single string parameter.
     pub fn with_text(id: &str, key: &str, text: &str) -> Self {
         ServiceOverride { id: id.to_owned(), params: vec![(key.to_owned(), Item::Value(text.into()))] }
     }
@@ -46,7 +46,7 @@ impl ServiceOverride {
 }
 
 /// The user's own settings: defaults for parameters of services, such as ports and devices of the user's machine. They
-/// do not affect what a world computes.
+/// do not affect the results of a simulation.
 #[derive(Debug, Clone, Default)]
 pub struct UserSettings {
     /// Parameters by id of the service: the key and TOML value as written, and their source location.
@@ -77,7 +77,7 @@ impl UserSettings {
     }
 }
 
-/// Fills in parameters of services that neither the scene nor the command line sets.
+/// Sets parameters of services from the user's settings, unless the scene or the command line has set them.
 pub(super) fn fill(document: &mut Document, registry: &Registry, settings: &UserSettings) -> Result {
     for spec in &mut document.services {
         let id = &registry.services[spec.kind].id;
@@ -91,7 +91,7 @@ pub(super) fn fill(document: &mut Document, registry: &Registry, settings: &User
     Ok(())
 }
 
-/// Reads a `[[service]]` table.
+/// Reads a `[[service]]` table of a scene file.
 pub(super) fn read(
     text: &Text<'_>,
     registry: &Registry,
@@ -117,7 +117,7 @@ pub(super) fn read(
     Ok(ServiceSpec { kind, params, place: Some(place) })
 }
 
-/// Applies the services of a command line: changes those that the scene has, and adds the others.
+/// Applies the services of a command line: overrides parameters of those that the scene requests, and adds the others.
 pub(super) fn apply(document: &mut Document, registry: &Registry, given: &[ServiceOverride]) -> Result {
     for o in given {
         let kind = registry.service(&o.id, &document.settings.providers)?;

@@ -29,7 +29,7 @@ pub struct FrictionPair {
     pub materials: [String; 2],
     /// Coulomb friction coefficient.
     pub friction: f64,
-    /// Restitution coefficient, 0 to 1; if `None`, it follows from the shapes.
+    /// Restitution coefficient, 0 to 1; if `None`, it is computed from the coefficients of the shapes.
     pub restitution: Option<f64>,
 }
 
@@ -44,7 +44,7 @@ impl FrictionPair {
     /// Parses the form used in scene files: `["rubber", "ice", 0.1]`, optionally followed by a restitution.
     fn parse(value: &Value) -> Result<Self> {
         let wrong = || {
-            Error::new("E102", "`friction_pairs`: not a pair of materials")
+            Error::new("E102", "`friction_pairs`: an entry is not a pair of materials")
                 .expected("two materials, a friction coefficient, and optionally a restitution coefficient")
                 .help("for instance `friction_pairs = [[\"rubber\", \"ice\", 0.1]]`")
         };
@@ -72,19 +72,19 @@ impl FrictionPair {
 pub struct Settings {
     /// Length of a step, s.
     pub dt: f64,
-    /// Length of a physics step, s.
+    /// Maximum length of a physics step, s. Each step is divided evenly.
     pub physics_dt: f64,
     /// Number of sub-steps of a physics step in which velocities are solved.
     pub physics_substeps: u32,
-    /// Whether bodies at rest may sleep.
+    /// Whether bodies at rest can sleep.
     pub sleep: bool,
     /// The rule that combines the friction of two shapes.
     pub friction_rule: FrictionRule,
-    /// The solver of mechanisms that leave the choice to the scene.
+    /// The solver of mechanisms whose own solver is [`JointSolver::Auto`].
     pub joint_solver: JointSolver,
     /// Friction and restitution by pairs of materials.
     pub friction_pairs: Vec<FrictionPair>,
-    /// Messages about unsupported parts of the scene's source files; each run reports them.
+    /// Messages about unsupported parts of the scene's source files, which each run reports.
     pub lacks: Vec<String>,
     /// Natural frequency (Hz) and damping ratio of contacts; if `None`, contacts are as stiff as the length of a
     /// sub-step permits.
@@ -94,17 +94,18 @@ pub struct Settings {
     /// Location of the world's origin on Earth: latitude and longitude in rad (WGS 84), height above the ellipsoid in
     /// m. There, the world's x axis points east and its y axis north.
     pub origin: [f64; 3],
-    /// Seed of all random numbers.
+    /// Seed of all random numbers of the world.
     pub seed: u64,
     /// Default dialect of scripts; if empty, inferred from their source.
     pub dialect: String,
-    /// Chosen providers, by schema, language or id.
+    /// Ids of the chosen providers, by schema, language or id of what they provide.
     pub providers: BTreeMap<String, String>,
-    /// Maximum number of instructions of one call of a script.
+    /// Maximum number of instructions in one call of a script.
     pub budget: u64,
     /// Maximum memory of the state of a script, bytes.
     pub memory: u64,
-    /// Permissions of scripts to access resources outside the run: "exec" (other programs), "native" (libraries).
+    /// Permissions of scripts to access resources outside the run: "exec" (other programs), "native" (libraries),
+    /// "net=HOST:PORT" (sockets).
     pub allow: Vec<String>,
 }
 
@@ -148,11 +149,11 @@ impl Settings {
         let text = format!("a step of {} s would have {steps} physics steps of {} s", self.dt, self.physics_dt);
         Err(Error::new("E102", text)
             .expected(format!("at most {MOST_PHYSICS_STEPS}"))
-            .help("make `dt_s` shorter or `physics_dt_s` longer"))
+            .help("reduce `dt_s` or increase `physics_dt_s`"))
     }
 }
 
-/// Tables within `[scene]`.
+/// Names of the tables that `[scene]` can contain.
 pub(super) const TABLES: &[&str] = &["budget", "origin"];
 
 /// Returns the keys of `[scene]`; keys of its tables are prefixed with the table's name.
@@ -234,7 +235,7 @@ pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Value)> {
     all
 }
 
-/// Applies a value that fits its declaration.
+/// Applies a setting whose value has been checked against its declaration.
 pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result {
     match (key, value) {
         ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),
@@ -253,7 +254,7 @@ pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result
         ("lacks", Value::List(all)) => {
             let text = |v: &Value| match v {
                 Value::Text(t) => Ok(String::from_utf8_lossy(t).into_owned()),
-                _ => Err(Error::new("E102", "`lacks`: not a list of texts").expected("texts on what cannot run")),
+                _ => Err(Error::new("E102", "`lacks`: an entry is not a string").expected("a list of strings")),
             };
             settings.lacks = all.iter().map(text).collect::<Result<_>>()?;
         }

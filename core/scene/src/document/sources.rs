@@ -9,7 +9,7 @@ use std::{
 
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 
-/// Reads the files of a document and caches them, so that the document can be rebuilt without the disk.
+/// Reads the files of a document and caches them. The cache allows the document to be rebuilt without the disk.
 ///
 /// Clones share the cache. Each file is read from disk only once; create new `Sources` to see changed files.
 #[derive(Debug, Clone, Default)]
@@ -37,17 +37,17 @@ impl Sources {
         Sources(Arc::new(Inner { files: Mutex::new(files), closed: false, recovered }))
     }
 
-    /// Returns whether files were recovered, so that those on disk are older.
+    /// Returns whether files were recovered, in which case those on disk are older.
     pub fn are_recovered(&self) -> bool {
         self.0.recovered
     }
 
-    /// Returns whether the files are a closed set, so that the disk is not read.
+    /// Returns whether the files are a closed set, in which case nothing is read from disk.
     pub fn are_kept(&self) -> bool {
         self.0.closed
     }
 
-    /// Returns whether a file is cached, so that the disk is not read.
+    /// Returns whether a file is cached, in which case it is not read from disk.
     pub fn has(&self, path: &Path) -> bool {
         self.0.files.lock().unwrap_or_else(PoisonError::into_inner).contains_key(path)
     }
@@ -76,7 +76,7 @@ impl Sources {
         String::from_utf8(self.read(path)?).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))
     }
 
-    /// Returns all files that have been read, in order of their paths.
+    /// Returns all files that have been read or added, in ascending order of their paths.
     pub fn files(&self) -> Vec<(PathBuf, Arc<[u8]>)> {
         let files = self.0.files.lock().unwrap_or_else(PoisonError::into_inner);
         files.iter().map(|(p, b)| (p.clone(), b.clone())).collect()

@@ -13,7 +13,7 @@ use crate::{Scene, rows::Row};
 
 impl Builder<'_> {
     /// Returns the pose of an object in its parent's frame, including the overrides read so far. For the base of a
-    /// model, returns the placement of the model, since the replacement may have its base at a different pose.
+    /// model, returns the placement of the model, because the base of a replacement can have a different pose.
     pub(super) fn stand(&self, object: usize) -> Isometry3<f64> {
         let set = self.set_poses(object);
         if !self.document.models.iter().any(|m| m.base == object) {
@@ -28,7 +28,8 @@ impl Builder<'_> {
         local(self.document, object, set) * own.inverse() * placement
     }
 
-    /// Returns the poses that overrides set on an object. They are added to its rows only when all objects exist.
+    /// Returns the poses that overrides set on an object. They become properties of the object only when all objects
+    /// exist.
     fn set_poses(&self, object: usize) -> Vec<(Row, Value)> {
         let sets = self.document.sets_on(&BTreeSet::from([object]));
         if sets.is_empty() {
@@ -50,8 +51,8 @@ fn is_pose(row: Row) -> bool {
     matches!(row, Row::Pose | Row::WorldPose | Row::Position | Row::Quaternion | Row::Orientation)
 }
 
-/// Returns the pose of an object in its parent's frame, with the rows `more` set in addition to its own. The rest of
-/// the document is not instantiated; ancestors are needed only for a pose in the world frame.
+/// Returns the pose of an object in its parent's frame, with the properties `more` set in addition to its own. The rest
+/// of the document is not instantiated; ancestors are needed only for a pose in the world frame.
 fn local(document: &Document, object: usize, more: Vec<(Row, Value)>) -> Isometry3<f64> {
     let rows = || document.objects[object].rows.iter().chain(&more);
     let mut chain = vec![object];

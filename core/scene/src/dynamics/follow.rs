@@ -10,7 +10,7 @@ use crate::{
     tree::Scene,
 };
 
-/// Returns the slots of all followers with those of their leaders, in order of slots.
+/// Returns all followers with their leaders, as pairs of slots, in ascending order of followers.
 pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
     let named = scene.slots().filter_map(|(slot, o)| {
         let master = o.joint().map(|j| j.follow.master.as_str()).filter(|m| !m.is_empty())?;
@@ -21,7 +21,8 @@ pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
 }
 
 impl Scene {
-    /// Returns the joints whose leader does not exist or is not a joint, by path, and the name of the leader.
+    /// Returns the path of each joint whose leader does not exist or is not another joint, with the path that it
+    /// specifies for the leader.
     pub fn lost_followers(&self) -> Vec<(String, String)> {
         let found = followers(self);
         let lost = self.slots().filter_map(|(slot, o)| {
@@ -33,7 +34,7 @@ impl Scene {
     }
 }
 
-/// Returns the joints that are geared to a leader, with their leaders.
+/// Returns the geared joints with their leaders, as pairs of slots.
 pub(crate) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
     let is_geared = |slot: u32| scene.get(slot).and_then(|o| o.joint()).is_some_and(|j| j.follow.geared && j.dynamic);
     followers(scene)
@@ -49,10 +50,10 @@ pub(crate) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
 pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut Vec<u32>) {
     for (slot, master) in followers {
         let Some(m) = scene.get(*master).and_then(|o| o.joint()) else { continue };
-        // A joint that moves no body has no velocity of its own, so its target velocity is used.
+        // A joint without a counterpart in the engine has no measured velocity, so its target velocity is used.
         let (position, velocity) = (m.position, if m.id.is_some() { m.velocity } else { m.target_velocity });
         let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
-        // The engine couples geared joints.
+        // Geared joints have no targets, because the engine couples them to their leaders.
         if j.follow.geared && j.dynamic {
             continue;
         }

@@ -4,7 +4,7 @@ use super::state::Dynamics;
 use crate::{object::Data, tree::Scene};
 
 impl Dynamics {
-    /// Measures all force sensors after an engine step. A sensor that breaks releases its bodies at once.
+    /// Updates all force sensors after an engine step. A sensor that breaks releases its bodies immediately.
     pub(super) fn sample(&mut self, scene: &mut Scene) {
         for i in 0..self.force_sensors.len() {
             let (id, slot) = self.force_sensors[i];

@@ -7,7 +7,7 @@ use tatu_physics::{BodyId, JointDesc, JointForm, JointKind, Passive};
 use super::state::{Dynamics, LoopRecord};
 use crate::{object::Data, tree::Scene};
 
-/// Returns the pairs of linked dummies, each once, in order of slots.
+/// Returns each pair of linked dummies once, in ascending order of slots.
 pub(crate) fn links(scene: &Scene) -> Vec<(u32, u32)> {
     let mut pairs: Vec<(u32, u32)> = scene
         .slots()
@@ -36,7 +36,8 @@ fn carrier(scene: &Scene, slot: u32) -> Option<(BodyId, Isometry3<f64>)> {
 }
 
 impl Scene {
-    /// Returns the dummies whose link does not exist or is not a dummy, by path, and the name of the link.
+    /// Returns the path of each dummy that is linked to an object that does not exist or is not another dummy, with the
+    /// path that it specifies.
     pub fn lost_links(&self) -> Vec<(String, String)> {
         let lost = self.slots().filter_map(|(slot, o)| {
             let Data::Dummy(Some(link)) = &o.data else { return None };
@@ -49,7 +50,7 @@ impl Scene {
 }
 
 impl Dynamics {
-    /// Opens loops whose dummies have changed or whose bodies no longer exist.
+    /// Removes the engine's joints for loops whose dummies have changed or whose bodies no longer exist.
     pub(super) fn loosen_loops(&mut self, scene: &Scene, alive: &dyn Fn(BodyId) -> bool) {
         let pairs = links(scene);
         let version = |slot| scene.get(slot).map_or(0, |o| o.version);
@@ -66,7 +67,7 @@ impl Dynamics {
         });
     }
 
-    /// Closes all loops that are open.
+    /// Adds joints to the engine for all loops that have none yet.
     pub(super) fn close_loops(&mut self, scene: &Scene) {
         for (one, other) in links(scene) {
             if self.loops.iter().any(|l| l.dummies == (one, other)) {

@@ -12,7 +12,8 @@ use crate::{
     tree::Scene,
 };
 
-/// Returns the materials of the scene's friction pairs, sorted by name; the engine numbers them from 1.
+/// Returns the materials of the scene's friction pairs, sorted by name. The number of a material in the engine is its
+/// position in this order, from 1.
 fn material_names(scene: &Scene) -> BTreeSet<&str> {
     scene.friction_pairs.iter().flat_map(|p| p.materials.iter().map(String::as_str)).collect()
 }

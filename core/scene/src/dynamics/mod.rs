@@ -31,9 +31,9 @@ use crate::{
 /// Functions called before and after each engine step of an advance.
 #[derive(Default)]
 pub struct Hooks<'a> {
-    /// Returns the pushes that act in the step.
+    /// Called before each step; adds the pushes that act in the step.
     pub before: Option<&'a mut BeforeStep<'a>>,
-    /// Receives the engine after the step, and the index of the step in the advance.
+    /// Called after each step, with the engine and the index of the step in the advance.
     pub after: Option<&'a mut AfterStep<'a>>,
 }
 
@@ -54,7 +54,7 @@ impl Dynamics {
     /// Marks that the pose of an object was set from outside the engine. The bodies of the object and of its
     /// descendants are moved before the next step.
     pub fn moved(&mut self, slot: u32) {
-        // A script may set the same joint hundreds of times in a row.
+        // A script can set the same joint hundreds of times in a row.
         if self.moved.last() != Some(&slot) {
             self.moved.push(slot);
         }
@@ -77,7 +77,7 @@ impl Dynamics {
         }
     }
 
-    /// Passes all changes since the last step to the engine, so that it agrees with the scene.
+    /// Passes all changes since the last step to the engine, which then agrees with the scene.
     pub fn prepare(&mut self, scene: &mut Scene) {
         self.settle(scene);
         follow::update(scene, &self.followers, &mut self.drives);
@@ -95,13 +95,14 @@ impl Dynamics {
         self.engine.set_gears(&gears);
     }
 
-    /// Returns the number of engine steps of equal length that make up `dt`, none longer than the scene's physics step.
+    /// Returns the number of engine steps of equal length that make up `dt` (s), none longer than the scene's physics
+    /// step.
     pub fn engine_steps(&self, dt: f64) -> u32 {
         if dt > 0.0 { (dt / self.settings.step - 1e-9).ceil().max(1.0) as u32 } else { 0 }
     }
 
-    /// Advances by `dt` (s) in engine steps, then copies poses and joint states back. Returns the slots of objects
-    /// whose bodies the engine has quarantined.
+    /// Advances the engine by `dt` (s) in steps, then copies poses and joint states back to the scene. Returns the
+    /// slots of objects whose bodies the engine has quarantined.
     pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut hooks: Hooks<'_>) -> Vec<u32> {
         follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
@@ -121,8 +122,9 @@ impl Dynamics {
         self.look(scene)
     }
 
-    /// Runs the engine step with index `part`, from 0, of those that make up `dt`, with the same bits as in
-    /// [`Dynamics::advance`]. Poses that are set between the steps take effect in the first step of the next advance.
+    /// Runs the engine step with index `part`, from 0, of the steps that make up `dt` (s). The results are bit for bit
+    /// those of [`Dynamics::advance`]. Poses that are set between the steps take effect in the first step of the next
+    /// advance.
     pub fn advance_part(&mut self, scene: &mut Scene, dt: f64, part: u32, hooks: Hooks<'_>) -> Vec<u32> {
         let steps = self.engine_steps(dt);
         if part == 0 {
@@ -157,13 +159,13 @@ impl Dynamics {
         self.engine.advance_part(part, steps, Some(&mut ask));
     }
 
-    /// Sets whether scripts are called between the engine steps of an advance, so that the forces they apply act in a
-    /// single step.
+    /// Sets whether scripts are called between the engine steps of an advance, in which case each force that they apply
+    /// acts in a single step.
     pub fn set_between(&mut self, between: bool) {
         self.between = between;
     }
 
-    /// Adjusts the length of an engine step so that an advance covers exactly the requested time.
+    /// Sets the length of an engine step, s, which is chosen for an advance to cover exactly the requested time.
     fn set_step(&mut self, step: f64) {
         if (step - self.step).abs() > 1e-12 {
             self.step = step;

@@ -88,7 +88,7 @@ impl Dynamics {
 }
 
 impl Joint {
-    /// Copies the state of the engine's joint.
+    /// Copies the state of the joint's counterpart in the engine.
     fn take(&mut self, state: &JointState) {
         (self.position, self.velocity, self.effort) = (state.position, state.velocity, state.effort);
         self.rotation = state.rotation;

@@ -22,7 +22,7 @@ use crate::{
 };
 
 impl Dynamics {
-    /// Updates bodies and joints from the scene. Only what has changed is recreated, so that the rest is unaffected.
+    /// Updates bodies and joints from the scene. Only those that have changed are recreated; the others are unaffected.
     pub fn settle(&mut self, scene: &mut Scene) {
         scene.settle();
         if self.built == scene.shape_version {

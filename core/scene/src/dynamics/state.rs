@@ -20,7 +20,7 @@ pub(super) struct BodyRecord {
     pub(super) stray: bool,
 }
 
-/// A joint, with the objects that it connects.
+/// A joint of the engine, with the object that it represents, `tie`, and the shape below that object, `child`.
 #[derive(Serialize, Deserialize)]
 pub(super) struct JointRecord {
     pub(super) id: JointId,
@@ -31,18 +31,18 @@ pub(super) struct JointRecord {
     pub(super) frame_in_a: Isometry3<f64>,
     pub(super) form: JointForm,
     pub(super) geared: bool,
-    /// Whether its load is measured, for a force sensor.
+    /// Whether the joint represents a force sensor, whose load is measured.
     pub(super) sensor: bool,
 }
 
 /// The engine, and the mapping between its bodies and joints and the scene's objects.
 pub struct Dynamics {
     pub(super) engine: Box<dyn Engine>,
-    /// Bodies, in order of ids.
+    /// Bodies, in ascending order of ids.
     pub(super) bodies: Vec<BodyRecord>,
-    /// Bodies that scripts or their parents move, with their slots.
+    /// Kinematic bodies, which scripts or their parents move, with the slots of their shapes.
     pub(super) kinematic: Vec<(BodyId, u32)>,
-    /// Joints, in order of ids.
+    /// Joints, in ascending order of ids.
     pub(super) joints: Vec<JointRecord>,
     /// Loops closed by linked dummies.
     pub(super) loops: Vec<LoopRecord>,
@@ -56,13 +56,13 @@ pub struct Dynamics {
     pub(super) pushes: Vec<Push>,
     /// Whether an advance is in progress that calls scripts between engine steps.
     pub(super) between: bool,
-    /// The objects that poses are copied back to.
+    /// The objects whose poses are copied back from the engine.
     pub(super) pose_writeback: Carried,
-    /// Slots of joints that follow others, with those of their leaders.
+    /// Joints that follow other joints, with their leaders, as pairs of slots.
     pub(super) followers: Vec<(u32, u32)>,
-    /// Slots of joints that are geared to others, with those of their leaders.
+    /// Joints that are geared to other joints, with their leaders, as pairs of slots.
     pub(super) geared: Vec<(u32, u32)>,
-    /// Force sensors between two bodies, with their slots.
+    /// Joints that represent force sensors, with the slots of the sensors.
     pub(super) force_sensors: Vec<(JointId, u32)>,
     pub(super) settings: EngineSettings,
     /// Current length of an engine step, s.
@@ -78,7 +78,7 @@ pub(super) struct LoopRecord {
     pub(super) bodies: (BodyId, BodyId),
 }
 
-/// An object whose pose follows from the engine's state.
+/// An object whose pose depends on the engine's state.
 pub(super) struct Place {
     pub(super) slot: u32,
     pub(super) parent: u32,
@@ -95,15 +95,15 @@ pub(super) enum From {
     Frame,
 }
 
-/// The objects whose poses follow from the engine's state. The poses of all others do not change in a step.
+/// The objects whose poses depend on the engine's state. The poses of all other objects do not change in a step.
 #[derive(Default)]
 pub(super) struct Carried {
     /// The objects in depth-first order, without those whose world pose is computed on demand.
     pub(super) list: Vec<Place>,
     /// The version of the tree for which the list was built; 0 if it was not built.
     pub(super) listed: u64,
-    /// The version of the tree for which all objects were last visited: after a change of the tree, stored poses may
-    /// differ in the last bits from those computed from the poses of the parents.
+    /// The version of the tree for which all objects were last visited. This is necessary after each change of the
+    /// tree, when stored poses can differ in the last bits from those computed from the poses of the parents.
     pub(super) whole: u64,
 }
 
@@ -112,7 +112,7 @@ impl Carried {
     pub fn whole(&self) -> u64 {
         self.whole
     }
-    /// Restores the value from the version in a snapshot, or after all objects were visited.
+    /// Creates the value for a version of the tree for which all objects have been visited, such as that in a snapshot.
     pub fn after(whole: u64) -> Self {
         Carried { whole, ..Carried::default() }
     }
@@ -190,7 +190,7 @@ impl Dynamics {
         type Pairs = Vec<(u32, u32)>;
         type All = (Vec<u8>, Tables, u64, (Vec<u32>, Vec<Push>), u64, (Pairs, Pairs), EngineSettings, f64);
         let (engine, tables, built, (moved, pushes), whole, (followers, geared), settings, step): All =
-            postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
+            postcard::from_bytes(bytes).map_err(|e| format!("cannot read the table of bodies: {e}"))?;
         self.engine.restore(&engine)?;
         let (bodies, (joints, loops), (drives, courses)) = tables;
         (self.bodies, self.joints, self.built) = (bodies, joints, built);
@@ -208,7 +208,7 @@ impl Dynamics {
         self.bodies.binary_search_by_key(&body, |b| b.id).ok().map(|i| self.bodies[i].slot)
     }
 
-    /// Returns the engine, to query bodies and joints.
+    /// Returns the engine, for queries about bodies and joints.
     pub fn engine(&self) -> &dyn Engine {
         &*self.engine
     }
@@ -218,7 +218,7 @@ impl Dynamics {
         let i = self.joints.binary_search_by_key(&joint, |j| j.id).ok()?;
         Some((self.joints[i].bodies, self.joints[i].frame_in_a))
     }
-    /// Returns the velocity of a shape that has a body.
+    /// Returns the velocity of a shape, or `None` if the shape has no body.
     pub fn twist(&self, shape: &Shape) -> Option<Twist> {
         shape.body.0.map(|b| self.engine.twist(b))
     }
@@ -238,12 +238,12 @@ impl Dynamics {
     pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         self.engine.push(body, force, torque);
     }
-    /// Returns all bodies with the slots of their objects, in order of bodies.
+    /// Returns all bodies with the slots of their objects, in ascending order of ids.
     pub fn shapes(&self) -> impl Iterator<Item = (BodyId, u32)> + '_ {
         self.bodies.iter().map(|b| (b.id, b.slot))
     }
-    /// Returns the contacts after the last step, with the slots of both objects. Contacts of objects removed since then
-    /// are left out: their bodies are removed in the next step.
+    /// Returns the contacts after the last step, with the slots of both objects. Contacts of objects that have been
+    /// removed since then are left out, although their bodies still exist until the next step.
     pub fn contacts(&self, scene: &Scene) -> impl Iterator<Item = (u32, u32, tatu_physics::Contact)> {
         let mut all = Vec::new();
         self.engine.contacts(&mut all);
@@ -262,7 +262,7 @@ impl Dynamics {
         self.settings = settings;
         self.engine.configure(EngineSettings { step: self.step, ..settings });
     }
-    /// Returns the slots and velocities of all dynamic bodies, in order of bodies.
+    /// Returns the slots and velocities of all dynamic bodies, in ascending order of ids.
     pub fn twists(&self) -> impl Iterator<Item = (u32, Twist)> + '_ {
         self.bodies.iter().filter(|b| b.motion == Motion::Dynamic).map(|b| (b.slot, self.engine.twist(b.id)))
     }

@@ -1,9 +1,9 @@
-//! Drives of joints, and smooth position targets between scene steps.
-//!
-//! A target is set once per scene step, which consists of several physics steps. If it were applied at once, it would
-//! jump and shake the object in a gripper. Targets are therefore control points of a uniform quadratic B-spline, whose
-//! acceleration is their second difference. The spline lags by half a scene step, and a single target is reached after
-//! two. If a scene step is one physics step, and for targets set between physics steps, targets are applied at once.
+//! Drives of joints, and smooth position targets between scene steps. A target is usually set once per scene step,
+//! which consists of several physics steps. If it were applied at once, the joint would jerk and shake the object in a
+//! gripper. Targets are therefore control points of a uniform quadratic B-spline, whose acceleration is the second
+//! difference of the targets. The spline lags by half a scene step, and a single target is reached after two scene
+//! steps. Targets are applied at once if a scene step is a single physics step, or if they are set between physics
+//! steps.
 
 use tatu_physics::{Drive, Tracking};
 
@@ -13,8 +13,8 @@ use crate::{
     tree::Scene,
 };
 
-/// Returns the target of position control in a physics step. The target is clamped to the limits: a target beyond them
-/// would press the joint against the limit permanently and cause jitter.
+/// Returns the target of position control in a physics step. The target is clamped to the limits, because a target
+/// beyond them would press the joint against the limit permanently and cause jitter.
 fn target_of(j: &Joint, part: u32, steps: u32) -> f64 {
     let share = f64::from(part + 1) / f64::from(steps);
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
@@ -53,13 +53,13 @@ fn is_smooth(j: &Joint) -> bool {
     j.smooth_target && j.dynamic && j.control == Control::Position && j.id.is_some()
 }
 
-/// Returns whether a motor holds a velocity or a position.
+/// Returns whether a motor controls velocity or position.
 fn is_held(j: &Joint) -> bool {
     matches!(j.control, Control::Velocity | Control::Position)
 }
 
-/// Returns the target position; for a cyclic joint, the equivalent angle that is nearest to `from`, so that the joint
-/// takes the shorter path.
+/// Returns the target position. For a cyclic joint, this is the equivalent angle that is nearest to `from`, which makes
+/// the joint take the shorter path.
 fn near(j: &Joint, from: f64) -> f64 {
     let way = j.target_position - from;
     if j.kind == JointType::Revolute && j.limits.is_none() {
@@ -97,7 +97,7 @@ impl Dynamics {
                 j.course = None;
                 continue;
             }
-            // A joint that starts to hold a target moves there from its current position.
+            // When position control starts, the spline starts at the joint's current position.
             let course = j.course.unwrap_or(Course::at(j.position));
             let course = course.next(near(j, course.points[2]));
             j.course = Some(course);
@@ -131,9 +131,9 @@ impl Dynamics {
         self.share_drives(scene, part, steps);
     }
 
-    /// Drives joints that are geared to each other as one. The engine transmits forces between them by single
-    /// constraints, which are the more accurate the less they transmit. Therefore a motor of the follower moves with
-    /// that of the leader, and a follower without a motor is driven by a share of the leader's.
+    /// Drives geared joints together with their leaders. The engine couples each pair by a single constraint, which is
+    /// the more accurate the less force it transmits. A follower's motor therefore moves with the leader's motor, and a
+    /// follower without a motor is driven by a share of the force of the leader's motor.
     fn share_drives(&mut self, scene: &Scene, part: u32, steps: u32) {
         for (slot, leader) in &self.geared {
             let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
@@ -156,19 +156,20 @@ impl Dynamics {
         }
     }
 
-    /// Returns the share of the leader's motor that acts on a follower without a motor.
+    /// Returns the share of the leader's motor force that acts on a follower without a motor, or `None` if it is not
+    /// shared.
     fn share_of(&self, scene: &Scene, slot: u32, leader: u32) -> Option<f64> {
         let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
         let is_free = |slot: u32| joint(slot).is_some_and(|j| j.control == Control::Free && j.follow.factor != 0.0);
         let (l, follows) = (joint(leader)?, self.geared.iter().any(|(slot, _)| *slot == leader));
         let motor = is_held(l) || l.control == Control::Force;
-        // A motor with slip yields under its full load, so it is not shared.
+        // The speed of a motor with slip depends on its full load, so its force is not shared.
         let yields = l.slip != 0.0 || l.passive.no_load_speed != 0.0;
         let others = self.geared.iter().filter(|(slot, l)| *l == leader && is_free(*slot)).count();
         (motor && !yields && !follows && is_free(slot)).then(|| 1.0 / (others + 1) as f64)
     }
 
-    /// Adds to the efforts of leaders the efforts that were applied to their followers on their behalf.
+    /// Adds the shares of motor force that acted on followers to the efforts of their leaders.
     pub(super) fn sum_efforts(&mut self, scene: &mut Scene) {
         for (slot, leader) in &self.geared {
             if self.share_of(scene, *slot, *leader).is_none() {

@@ -17,20 +17,20 @@ const MOST: usize = 1000;
 /// A curve of a graph.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
-    /// Its number in the graph; streams and curves share the numbering.
+    /// Number in the graph; streams and curves share the numbering.
     pub id: i64,
-    /// Its description.
+    /// Description of the curve.
     pub spec: CurveSpec,
     /// Red, green, blue, 0 to 1.
     pub color: [f64; 3],
-    /// Points of a static curve, which no longer changes; `None` for other curves.
+    /// Points of a static curve, which no longer change; `None` for other curves.
     pub points: Option<Vec<Vec<f64>>>,
 }
 
-/// The recorded data of an object of kind graph.
+/// The recorded data of a graph object.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Graph {
-    /// Unique name of its object.
+    /// Unique name of the graph object.
     pub name: String,
     /// Maximum number of samples; the oldest are discarded.
     pub buffer: usize,
@@ -44,7 +44,7 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// Creates an empty graph from a description; inconsistent streams and curves are left out.
+    /// Creates an empty graph from a description, without inconsistent streams and curves.
     pub fn new(spec: &GraphSpec, name: String) -> Self {
         let mut graph = Self::blank(spec, name);
         for s in &spec.streams {
@@ -87,14 +87,13 @@ impl Graph {
         self.streams.push(Stream::new(id, spec, color, self.times.len()));
         Ok(id)
     }
-    /// Adds a curve and returns its number. The streams that it names must exist.
+    /// Adds a curve and returns its number. The streams that the curve refers to must exist.
     pub fn add_curve(&mut self, spec: CurveSpec) -> Result<i64, Refusal> {
         for axis in &spec.axes {
             if let Axis::Stream(name) = axis
                 && !self.streams.iter().any(|s| s.spec.name == *name)
             {
-                let text =
-                    format!("the curve `{}` names the stream `{name}`, which the graph does not have", spec.name);
+                let text = format!("the curve `{}` refers to the stream `{name}`, which the graph lacks", spec.name);
                 return Err(Refusal(TATU_ERR_ARGUMENT, text));
             }
         }
@@ -103,8 +102,8 @@ impl Graph {
         self.curves.push(Curve { id, spec, color, points: None });
         Ok(id)
     }
-    /// Adds a static copy of a curve in its current state, and returns the number of the copy. If the name is empty, it
-    /// is derived from that of the curve.
+    /// Adds a static copy of a curve in its current state, and returns the number of the copy. If `name` is empty, the
+    /// name of the copy is derived from the curve's.
     pub fn freeze(&mut self, curve: i64, name: &str) -> Result<i64, Refusal> {
         let Some(of) = self.curves.iter().find(|c| c.id == curve).cloned() else {
             return Err(Refusal(TATU_ERR_MISSING, format!("the graph has no curve {curve}")));
@@ -151,7 +150,7 @@ impl Graph {
         self.times.clear();
         self.streams.iter_mut().for_each(Stream::empty);
     }
-    /// Adds a sample to each stream; `numbers` are in the order of the streams, `None` for a missing value.
+    /// Adds a sample to each stream. `numbers` contains one value for each stream, in order; `None` is a missing value.
     pub fn take(&mut self, time: f64, numbers: &[Option<f64>]) {
         if self.times.len() >= self.buffer {
             self.times.pop_front();
@@ -164,7 +163,7 @@ impl Graph {
             s.take(time, *number);
         }
     }
-    /// Returns the points of a curve, one per sample; missing coordinates are NaN.
+    /// Returns the points of a curve, one for each sample; missing coordinates are NaN.
     pub fn points(&self, curve: &Curve) -> Vec<Vec<f64>> {
         if let Some(points) = &curve.points {
             return points.clone();

@@ -1,4 +1,4 @@
-//! Descriptions of streams and curves, as tables in scene files and from plugins.
+//! Descriptions of graphs, streams and curves, which scene files and plugins provide as tables.
 
 use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
@@ -6,10 +6,11 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::values::{Keys, map};
 
-/// Upper limit of the number of stored samples of a graph.
+/// Maximum number of samples that a graph can store.
 pub const MOST_SAMPLES: i64 = 1_000_000;
 
-/// Default colours, in order: dark enough on white and easy to distinguish for most people (by Okabe and Ito).
+/// Default colours, in order. They are dark enough on white, and most people can distinguish them easily (Okabe and
+/// Ito).
 const COLORS: [[f64; 3]; 7] = [
     [0.0, 0.45, 0.70],
     [0.84, 0.37, 0.0],
@@ -57,7 +58,7 @@ impl Transform {
 /// Description of a stream: one value over time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StreamSpec {
-    /// Its name in the graph.
+    /// Name of the stream, unique in the graph.
     pub name: String,
     /// Unit of the result, for display.
     pub unit: String,
@@ -69,11 +70,11 @@ pub struct StreamSpec {
     pub data: String,
     /// Transformation of the values.
     pub transform: Transform,
-    /// Factor applied afterwards.
+    /// Factor that is applied after the transformation.
     pub factor: f64,
-    /// Offset added afterwards.
+    /// Offset that is added after the factor.
     pub offset: f64,
-    /// Number of samples that are averaged last.
+    /// Number of samples in the moving average, which is computed last; 1 for none.
     pub window: u32,
     /// Whether the stream is recorded but not plotted.
     pub hidden: bool,
@@ -82,7 +83,7 @@ pub struct StreamSpec {
 impl StreamSpec {
     const KEYS: &[&str] = &["name", "unit", "color", "of", "data", "transform", "factor", "offset", "window", "hidden"];
 
-    /// Parses a table.
+    /// Parses the table of a stream.
     pub fn from_value(value: &Value) -> Result<Self, Refusal> {
         let blank = StreamSpec { factor: 1.0, window: 1, ..Default::default() };
         let spec = blank.with(value)?;
@@ -90,7 +91,7 @@ impl StreamSpec {
             return Err(Refusal(TATU_ERR_ARGUMENT, "a stream must have a `name`".into()));
         }
         if spec.of.is_empty() != spec.data.is_empty() {
-            let text = format!("the stream `{}` must have both `of` and `data`, or neither", spec.name);
+            let text = format!("the stream `{}` must specify both `of` and `data`, or neither", spec.name);
             return Err(Refusal(TATU_ERR_ARGUMENT, text));
         }
         Ok(spec)
@@ -136,7 +137,7 @@ impl StreamSpec {
     }
 }
 
-/// A coordinate of a curve.
+/// The source of one coordinate of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Axis {
     /// A stream, by name.
@@ -145,23 +146,23 @@ pub enum Axis {
     Always(f64),
 }
 
-/// Description of a curve: one stream over another, or three in space.
+/// Description of a curve: one stream plotted over another, or three streams as a curve in space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CurveSpec {
-    /// Its name in the graph.
+    /// Name of the curve, unique in the graph.
     pub name: String,
-    /// Unit of its axes, for display.
+    /// Unit of the axes, for display.
     pub unit: String,
     /// Red, green, blue, 0 to 1; if `None`, a default colour.
     pub color: Option<[f64; 3]>,
-    /// The 2 or 3 coordinates of the curve.
+    /// The sources of the curve's 2 or 3 coordinates.
     pub axes: Vec<Axis>,
 }
 
 impl CurveSpec {
     const KEYS: &[&str] = &["name", "unit", "color", "x", "y", "z"];
 
-    /// Parses a table.
+    /// Parses the table of a curve.
     pub fn from_value(value: &Value) -> Result<Self, Refusal> {
         let keys = Keys::new("a curve", value, Self::KEYS)?;
         let name = keys.text("name")?;
@@ -194,13 +195,13 @@ impl CurveSpec {
     }
 }
 
-/// Parses the description of a static copy of a curve. Returns the name of the copy (chosen automatically if empty),
-/// and the number of the curve.
+/// Parses the description of a static copy of a curve. Returns the name of the copy, which is empty if it is to be
+/// chosen automatically, and the number of the curve.
 pub fn keys_of(value: &Value) -> Result<(String, i64), Refusal> {
     let keys = Keys::new("a copy", value, &["name", "curve"])?;
     match keys.count("curve", 1..=i64::from(u32::MAX))? {
         Some(curve) => Ok((keys.text("name")?, curve)),
-        None => keys.wrong("curve", "the number of a curve"),
+        None => keys.wrong("curve", "the number of a curve, from 1"),
     }
 }
 
@@ -211,7 +212,7 @@ pub struct GraphSpec {
     pub explicit: bool,
     /// Maximum number of samples stored per stream.
     pub buffer: usize,
-    /// Recorded streams.
+    /// Streams that the graph records, in order.
     pub streams: Vec<StreamSpec>,
     /// Curves of one stream over another.
     pub curves: Vec<CurveSpec>,

@@ -9,19 +9,19 @@ use super::{StreamSpec, Transform};
 /// A stream of a graph.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Stream {
-    /// Its number in the graph.
+    /// Number in the graph, unique among streams and curves.
     pub id: i64,
-    /// Its description.
+    /// Description of the stream.
     pub spec: StreamSpec,
     /// Red, green, blue, 0 to 1.
     pub color: [f64; 3],
     /// One value for each time of the graph; NaN if it is missing.
     pub values: VecDeque<f64>,
-    /// The value set by a script since the last sample.
+    /// The value that a script has set since the last sample, if any.
     pub given: Option<f64>,
     /// Time and untransformed value of the previous sample.
     before: Option<(f64, f64)>,
-    /// Integral or sum so far.
+    /// Integral or sum up to the previous sample.
     sum: f64,
     /// The transformed values to be averaged, newest last.
     window: VecDeque<f64>,
@@ -78,7 +78,7 @@ impl Stream {
         while self.window.len() > self.spec.window as usize {
             self.window.pop_front();
         }
-        // The sum is recomputed each time, so that rounding errors do not accumulate.
+        // Recomputing the sum each time prevents rounding errors from accumulating.
         Some(self.window.iter().sum::<f64>() / self.window.len() as f64)
     }
 }

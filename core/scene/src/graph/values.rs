@@ -1,4 +1,4 @@
-//! Maps with a fixed set of keys.
+//! Checked access to maps with a fixed set of keys.
 
 use tatu_errors::{Refusal, nearest};
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -10,15 +10,15 @@ pub struct Keys<'a> {
 }
 
 impl<'a> Keys<'a> {
-    /// Wraps a map; `what` names it in messages. Fails for other values, and for unknown keys with a suggestion of the
-    /// nearest known key.
+    /// Checks that a value is a map with only known keys. `what` is the name of the map in messages. The error for an
+    /// unknown key suggests the nearest known one.
     pub fn new(what: &'static str, value: &'a Value, known: &[&str]) -> Result<Self, Refusal> {
         let Value::Map(entries) = value else {
-            return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what} must be a table: {}", known.join(", "))));
+            return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what} must be a table with keys {}", known.join(", "))));
         };
         for (key, _) in entries {
             let Value::Text(key) = key else {
-                return Err(Refusal(TATU_ERR_ARGUMENT, format!("the keys of {what} must be texts")));
+                return Err(Refusal(TATU_ERR_ARGUMENT, format!("the keys of {what} must be strings")));
             };
             let key = String::from_utf8_lossy(key);
             if !known.contains(&key.as_ref()) {
@@ -35,7 +35,7 @@ impl<'a> Keys<'a> {
     fn find(&self, key: &str) -> Option<&'a Value> {
         self.entries.iter().find(|(k, _)| matches!(k, Value::Text(t) if t == key.as_bytes())).map(|(_, v)| v)
     }
-    /// Returns an error for a value other than the expected one.
+    /// Returns the error for a key whose value is not as expected.
     pub fn wrong<T>(&self, key: &str, expected: &str) -> Result<T, Refusal> {
         Err(Refusal(TATU_ERR_ARGUMENT, format!("{}: `{key}` must be {expected}", self.what)))
     }
@@ -44,7 +44,7 @@ impl<'a> Keys<'a> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(String::new()),
             Some(Value::Text(t) | Value::Bytes(t)) => Ok(String::from_utf8_lossy(t).into_owned()),
-            Some(_) => self.wrong(key, "a text"),
+            Some(_) => self.wrong(key, "a string"),
         }
     }
     /// Returns a finite number, if the key exists.
@@ -73,9 +73,9 @@ impl<'a> Keys<'a> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(Vec::new()),
             Some(Value::List(all)) => {
-                all.iter().map(text).collect::<Option<_>>().map_or_else(|| self.wrong(key, "a list of texts"), Ok)
+                all.iter().map(text).collect::<Option<_>>().map_or_else(|| self.wrong(key, "a list of strings"), Ok)
             }
-            Some(_) => self.wrong(key, "a list of texts"),
+            Some(_) => self.wrong(key, "a list of strings"),
         }
     }
     /// Returns a list of finite numbers; the list is empty if the key is missing.

@@ -1,4 +1,4 @@
-//! Lookup of fields by name, with their shapes and the values that mean "nothing".
+//! Lookup of the fields of a sensor kind by name, with their shapes and the values that mean "nothing".
 
 use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
@@ -8,22 +8,23 @@ use super::wrong::{Wrong, wrong};
 
 /// The field that a name refers to.
 pub struct Meant<'k> {
-    /// Index of the field in its kind.
+    /// Index of the field among those of its sensor kind.
     pub index: usize,
     /// The kind's declaration of the field.
     pub info: &'k FieldInfo,
-    /// Number of components per row: the innermost dimension, if it is declared as a fixed number.
+    /// Number of components of an element: the size of the innermost dimension if it is fixed and at most
+    /// [`MOST_COMPONENTS`], otherwise 1.
     pub components: usize,
     /// The value that means "nothing", one number or one per component; `None` if there is no such value.
     pub nothing: Option<Vec<f64>>,
-    /// Index of the field that is 0 where this one has no value, if its schema names one.
+    /// Index of the field that is 0 where this field has no value, if there is such a field.
     pub valid: Option<usize>,
 }
 
-/// Maximum number of components; more are treated as separate elements.
+/// Maximum number of components of an element. The values of a larger dimension are treated as separate elements.
 pub const MOST_COMPONENTS: usize = 64;
 
-/// Returns the field of a kind with this name. The schema may be omitted if the name is unambiguous.
+/// Returns the field of a kind with this name. The schema can be omitted from the name if the rest is unambiguous.
 pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
     let short = |f: &FieldInfo| f.name.rsplit('.').next() == Some(name);
     let fields = || kind.fields.iter().enumerate();
@@ -42,16 +43,16 @@ pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
         }
         several => {
             let all: Vec<&str> = several.iter().map(|i| kind.fields[*i].name.as_str()).collect();
-            Err(wrong(format!("`{name}` may mean {}: write the full name in quotes", all.join(" or "))))
+            Err(wrong(format!("`{name}` is ambiguous: write the full name in quotes, {}", all.join(" or "))))
         }
     }
 }
 
-/// Returns the field with this index.
+/// Returns the field of a kind with an index.
 pub fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
     let info = &kind.fields[index];
     if info.elem == TATU_ELEM_OBJECT {
-        return Err(wrong(format!("`{}` holds objects, but noise applies only to numbers", info.name)));
+        return Err(wrong(format!("`{}` contains objects, but noise applies only to numbers", info.name)));
     }
     let shape = shape(info);
     let components = match shape.last() {
@@ -73,7 +74,8 @@ fn shape(info: &FieldInfo) -> &[u32] {
 
 fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components: usize) -> Option<Vec<f64>> {
     let Some(words) = info.nothing.as_ref().or_else(|| Some(&declared?.nothing)) else {
-        // Without a schema of the project, floats use infinity, which cannot be a measured value, and integers use 0.
+        // If neither the field nor a standard schema declares the value, it is infinity for floats, which cannot be a
+        // measured value, and 0 for integers.
         return Some(vec![if matches!(info.elem, TATU_ELEM_F64 | TATU_ELEM_F32) { f64::INFINITY } else { 0.0 }]);
     };
     let number = |word: &str| if matches!(word, "infinity" | "inf") { Some(f64::INFINITY) } else { word.parse().ok() };
@@ -87,13 +89,14 @@ impl Meant<'_> {
         if shape(self.info) == shape(other.info) {
             return Ok(());
         }
-        Err(wrong(format!("`{}` differs in shape from `{}`", other.info.name, self.info.name)))
+        Err(wrong(format!("`{}` must have the same shape as `{}`", other.info.name, self.info.name)))
     }
 
-    /// Checks that another field can mark valid elements of this one, by one mark per element, per row, or for all.
+    /// Checks that another field can mark the valid elements of this one, with one mark for each element or for each
+    /// index in the leading dimensions, or with a single mark.
     pub fn is_valid_by(&self, other: &Meant<'_>) -> Result<(), Wrong> {
         if other.info.name == self.info.name {
-            return Err(wrong("`valid` names the field itself, but must name another field"));
+            return Err(wrong("`valid` refers to the field itself, but must be the name of another field"));
         }
         if shape(self.info).starts_with(shape(other.info)) {
             return Ok(());

@@ -15,7 +15,7 @@ use super::{
 /// The noise of a sensor.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct NoiseSpec {
-    /// Age of the reading that scripts and other readers see, s; `None` if not declared.
+    /// Age of the readings that scripts and other clients receive, s; `None` if it is not declared.
     pub latency: Option<f64>,
     /// Noise by full field name. An empty entry removes the noise that a preset declares for the field.
     pub fields: BTreeMap<String, FieldNoise>,
@@ -29,8 +29,8 @@ pub struct FieldNoise {
     /// Standard deviation of white noise, as coefficients of a polynomial in ascending order: one list for all
     /// components, or one per component.
     pub sigma: Vec<Vec<f64>>,
-    /// Spectral density of white noise, per square root of Hz: the standard deviation is this times the square root of
-    /// the measurement rate. Here and below, there is one number for all components, or one per component.
+    /// Spectral density of white noise, per square root of Hz. The standard deviation is the density times the square
+    /// root of the measurement rate. Like the lists below, it contains one number for all components, or one for each.
     pub density: Vec<f64>,
     /// The field that is the variable of the polynomial; if `None`, the value itself.
     pub of: Option<String>,
@@ -44,9 +44,9 @@ pub struct FieldNoise {
     pub walk: Option<Walk>,
     /// Standard deviation, per square root of a second, of an unbounded random walk that starts at 0.
     pub random_walk: Vec<f64>,
-    /// Resolution: values are rounded to multiples of it.
+    /// Resolution, to multiples of which values are rounded.
     pub step: Vec<f64>,
-    /// Resolution of the inverse: inverses of values are rounded to multiples of it.
+    /// Resolution of the inverse value, to multiples of which the inverses of values are rounded.
     pub inverse_step: Vec<f64>,
     /// Probability that an element is lost.
     pub dropout: f64,
@@ -69,10 +69,10 @@ pub struct Walk {
     pub tau: f64,
 }
 
-/// Errors that occur with a probability.
+/// Large errors that occur with a given probability.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Outliers {
-    /// Probability, 0 to 1.
+    /// Probability of an error, 0 to 1.
     pub probability: f64,
     /// Standard deviation of a normal error.
     pub sigma: Vec<f64>,
@@ -102,24 +102,25 @@ const KEYS: &[&str] = &[
 const WALK: &[&str] = &["sigma", "tau_s"];
 const OUTLIERS: &[&str] = &["probability", "sigma", "uniform"];
 
-/// Maximum delay, s; all delayed readings are stored in full.
+/// Maximum latency, s. It is limited because each delayed reading is stored in full.
 const LONGEST: f64 = 10.0;
 
 impl NoiseSpec {
-    /// Parses the text of a TOML table, or `none`. If the kind is given, field names may be short, and the declaration
-    /// is checked against the kind.
+    /// Parses a TOML table, or the string `none`. If the sensor kind is given, the declaration is checked against it,
+    /// and names of fields can omit the schema.
     pub fn parse(text: &str, kind: Option<&SensorKind>) -> Read<Self> {
         if matches!(text.trim(), "" | "none") {
             return Ok(NoiseSpec { none: true, ..Default::default() });
         }
         let doc = toml_edit::Document::parse(text).map_err(|e| Wrong {
-            error: Error::new("E102", format!("`noise` is not TOML: {}", e.message())),
+            error: Error::new("E102", format!("`noise` is not valid TOML: {}", e.message())),
             span: e.span(),
         })?;
         Self::read(doc.as_table(), kind)
     }
 
-    /// Reads an item of a scene: a table, or the text `none`.
+    /// Reads a noise declaration from a scene file: a table, or a string in the form that [`parse`](Self::parse)
+    /// accepts.
     pub fn of_item(item: &Item, kind: Option<&SensorKind>) -> Read<Self> {
         match (item.as_table_like(), item.as_str()) {
             (Some(table), _) => Self::read(table, kind),
@@ -149,9 +150,10 @@ impl NoiseSpec {
                 let error = Error::new("E101", format!("unknown key `{key}` of `noise`")).expected(known);
                 return Err(Wrong { error: error.nearest(key, ["latency_s"]), span: at });
             };
-            // In `[noise.range_scan.distance]`, without quotes, the key is a schema and contains fields.
+            // In `[noise.range_scan.distance]`, without quotes, the key `range_scan` is a schema, and its table
+            // contains fields.
             let schema = format!("{key}.");
-            // A field may have the name of its schema: `pressure.pressure`.
+            // A field can have the same name as its schema, such as `pressure.pressure`.
             let is_field = |k: &SensorKind| {
                 let is_of_schema = |short: &str| k.fields.iter().any(|f| f.name == format!("{schema}{short}"));
                 meant(k, key).is_ok() && !inner.iter().all(|(short, _)| is_of_schema(short))
@@ -192,7 +194,7 @@ impl NoiseSpec {
     }
 
     /// Returns the combination of this declaration with an earlier one, which it overrides field by field, or `None` if
-    /// there is no noise at all.
+    /// no noise remains.
     pub fn over(self, before: Option<&NoiseSpec>) -> Option<NoiseSpec> {
         if self.none {
             return None;
@@ -268,7 +270,7 @@ impl FieldNoise {
                         let probability = number("probability", required(t, key, "probability")?, 0.0, 1.0)
                             .map_err(|e| e.or(&span(t, "probability")))?;
                         if sigma.is_empty() && uniform.is_empty() {
-                            return Err(wrong("`outliers` has no `sigma` or `uniform`, the size of the errors"));
+                            return Err(wrong("`outliers` must contain `sigma` or `uniform`, the size of the errors"));
                         }
                         n.outliers = Some(Outliers { probability, sigma, uniform });
                     }
@@ -295,7 +297,7 @@ impl FieldNoise {
         {
             let name = &this.info.name;
             let text = format!(
-                "`{name}` has no value for a missing reading: `valid` must name the field that marks valid ones"
+                "`{name}` has no value that means \"nothing\": set `valid` to the field that marks valid elements"
             );
             let key = ["dropout", "limits", "inverse_step"].into_iter().find(|k| table.contains_key(k));
             return Err(wrong(text).or(&span(table, key.unwrap_or_default())));
@@ -381,7 +383,7 @@ fn count(key: &str, n: usize, components: Option<usize>) -> Read<()> {
     match components {
         Some(c) if n != c && n != 1 && c == 1 => Err(wrong(format!("`{key}`: expected one number, found {n}"))),
         Some(c) if n != c && n != 1 => {
-            Err(wrong(format!("`{key}`: expected one number, or {c}: one for each component; found {n}")))
+            Err(wrong(format!("`{key}`: expected one number, or {c} numbers, one for each component; found {n}")))
         }
         None if n == 0 => Err(wrong(format!("`{key}`: expected at least one number, found an empty list"))),
         _ => Ok(()),
@@ -390,7 +392,7 @@ fn count(key: &str, n: usize, components: Option<usize>) -> Read<()> {
 
 /// Reads a number, a polynomial, or a polynomial per component.
 fn sigma(key: &str, item: &Item, components: Option<usize>) -> Read<Vec<Vec<f64>>> {
-    let expected = || wrong(format!("`{key}`: expected a number, or numbers c0, c1, ...: c0 + c1 x + c2 x^2 ..."));
+    let expected = || wrong(format!("`{key}`: expected a number, or [c0, c1, ...] for c0 + c1 x + c2 x^2 ..."));
     let polynomial = |a: &toml_edit::Array| -> Option<Vec<f64>> {
         a.iter().map(|v| float(v).filter(|x| x.is_finite())).collect::<Option<Vec<_>>>().filter(|v| !v.is_empty())
     };

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use tatu_errors::Error;
 
-/// An error in a table, and its position in the text.
+/// An error in a noise table, and its position in the text.
 #[derive(Debug)]
 pub struct Wrong {
     /// The error.
@@ -18,7 +18,7 @@ impl Wrong {
     pub fn in_text(self, text: &str) -> Error {
         let Some(span) = self.span else { return self.error };
         let line = text.as_bytes()[..span.start.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1;
-        Error { text: format!("line {line} of the noise: {}", self.error.text), ..self.error }
+        Error { text: format!("line {line} of `noise`: {}", self.error.text), ..self.error }
     }
 }
 
@@ -27,7 +27,7 @@ pub fn wrong(text: impl Into<String>) -> Wrong {
 }
 
 impl Wrong {
-    /// Sets the position if the error has none.
+    /// Sets the position of the error unless it already has one.
     pub fn or(self, span: &Option<Range<usize>>) -> Self {
         Wrong { span: self.span.or_else(|| span.clone()), ..self }
     }

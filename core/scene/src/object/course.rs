@@ -1,4 +1,4 @@
-//! The trajectory of a position target between scene steps.
+//! Smooth trajectories of position targets between scene steps.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct Course {
     /// Control points: the targets of the last three scene steps, rad or m, newest last.
     pub points: [f64; 3],
-    /// Whether a target was set between physics steps, so that the course is not smooth.
+    /// Whether a target was set between physics steps; it is then applied directly, and the trajectory is not smooth.
     pub direct: bool,
 }
 
@@ -28,7 +28,7 @@ impl Course {
         a != b || b != c
     }
 
-    /// Returns the target after a fraction of the scene step.
+    /// Returns the target after a fraction of the scene step, 0 to 1.
     pub(crate) fn target(&self, share: f64) -> f64 {
         let [a, b, c] = self.points;
         let rest = 1.0 - share;

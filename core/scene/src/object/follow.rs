@@ -1,10 +1,10 @@
-//! The rule by which a joint follows a leader.
+//! Joints that follow another joint, their leader.
 
 use serde::{Deserialize, Serialize};
 
-/// The rule by which a joint follows a leader.
+/// The rule by which a joint follows another joint, its leader.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "each is a property row with its sentence")]
+#[allow(missing_docs, reason = "`rows.rs` describes each property")]
 pub struct Follow {
     /// Path of the leader; empty if the joint follows no other joint.
     pub master: String,

@@ -1,17 +1,17 @@
-//! Force sensors: rigid connections between a parent and its children that measure the load and break if it is too
-//! high.
+//! Force sensors: rigid connections between a parent and its children that measure the transmitted load and break if
+//! the load is too high.
 
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use tatu_physics::JointId;
 
-/// Maximum number of values in a filter.
+/// Maximum number of values that a filter combines.
 pub const MOST_SAMPLES: usize = 1000;
 
 /// A force sensor. Forces are in N and torques in N m, in the sensor's frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "each is a property row with its sentence")]
+#[allow(missing_docs, reason = "`rows.rs` describes each property")]
 pub struct ForceSensor {
     pub force: [f64; 3],
     pub torque: [f64; 3],
@@ -25,7 +25,7 @@ pub struct ForceSensor {
     pub measured: bool,
     /// Number of consecutive filtered values above a threshold.
     over: u32,
-    /// The latest unfiltered values: force and torque.
+    /// The latest unfiltered values, each a force and a torque, newest last.
     last: VecDeque<[f64; 6]>,
     /// Id of its joint in the engine, if it connects two bodies.
     pub id: Option<JointId>,

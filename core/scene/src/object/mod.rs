@@ -1,4 +1,4 @@
-//! Objects: the properties that every object has, and those of each kind.
+//! Objects: properties common to all objects, and those of each kind.
 //!
 //! - this module: common properties, shapes, joints and devices; `follow`: joints that follow a leader; `course`:
 //!   position targets;
@@ -25,31 +25,32 @@ pub(crate) use follow::is_curve;
 pub use force_sensor::{ForceSensor, MOST_SAMPLES};
 pub use views::{Camera, LIGHT_FORMS, Light, LightForm, Path};
 
-/// An object of the scene. The data that a step needs for a device comes first, so that it fits in one cache line.
+/// An object of the scene. The data that a step needs for a device is at the start of the struct, where it fits in one
+/// cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Object {
     /// Properties specific to the kind of the object.
     pub data: Data,
-    /// Name of the object in paths; siblings may share it.
+    /// Name of the object in paths; siblings can share it.
     pub(crate) alias: String,
-    /// Number of its unique name: -1 for `alias`, n for `alias#n`.
+    /// Suffix of the unique name: -1 for `alias`, n for `alias#n`.
     pub(crate) suffix: i32,
     /// Slot of the parent, or 0 for the world.
     pub parent: u32,
     /// Slots of the children, in order.
     pub children: Vec<u32>,
-    /// Number that is unique for the lifetime of the scene, in order of creation.
+    /// Identifier that is unique for the lifetime of the scene, ascending in order of creation.
     pub uid: u64,
     /// Version, incremented when the object's counterpart in the engine must be recreated.
     pub version: u64,
-    /// Whether the object is visible in pictures, on a shown layer.
+    /// Whether pictures show the object, provided that one of its layers is shown.
     pub visible: bool,
-    /// Layers, one bit each.
+    /// Layers that the object belongs to, one bit each.
     pub layer: u32,
     /// Custom data, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
-    /// The drive of the robot, if the object is the base of one.
+    /// The wheel drive of the robot, if the object is the base of a wheeled robot.
     pub drive: Option<Box<Drive>>,
 }
 
@@ -60,7 +61,7 @@ pub enum Data {
     Shape(Box<Shape>),
     /// A joint.
     Joint(Box<Joint>),
-    /// A frame, with the path of the dummy that it is linked to.
+    /// A frame, with the path of the dummy that it is linked to, if any.
     Dummy(Option<Box<str>>),
     /// A sensor.
     Sensor(SensorData),
@@ -101,7 +102,7 @@ impl Object {
     pub fn alias(&self) -> &str {
         &self.alias
     }
-    /// Returns the number of the object's unique name: -1 for `alias`, n for `alias#n`.
+    /// Returns the suffix of the object's unique name: -1 for `alias`, n for `alias#n`.
     pub fn suffix(&self) -> i32 {
         self.suffix
     }
@@ -151,19 +152,19 @@ impl Primitive {
 /// A part of a compound.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShapePart {
-    /// Its form.
+    /// Form of the part.
     pub primitive: Primitive,
     /// Full extents, m.
     pub size: Vector3<f64>,
     /// Pose in the shape's frame.
     pub pose: Isometry3<f64>,
-    /// Its colour, if it differs from the shape's.
+    /// Red, green and blue, each 0 to 1, if the colour differs from the shape's.
     pub color: Option<[f64; 3]>,
-    /// The image on it, if it differs from the shape's.
+    /// Texture, if it differs from the shape's.
     pub texture: Option<ShapeTexture>,
-    /// Its friction, if it differs from the shape's.
+    /// Friction coefficient, if it differs from the shape's.
     pub friction: Option<f64>,
-    /// Number of its mesh in the document, from 1, if it has the form `mesh`; otherwise 0.
+    /// Number of the part's mesh in the document, from 1; 0 if the part is not a mesh.
     pub mesh_number: u32,
     /// The mesh with this number; not stored in snapshots.
     #[serde(skip)]
@@ -172,13 +173,13 @@ pub struct ShapePart {
     pub convex: bool,
 }
 
-/// The shape's body in the engine.
+/// Id of the shape's body in the engine, or `None` if the shape has no body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Body(pub Option<BodyId>);
 
-/// The properties of a shape, a solid.
+/// The properties of a shape, which is a solid.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "each is a property row with its sentence")]
+#[allow(missing_docs, reason = "`rows.rs` describes each property")]
 pub struct Shape {
     pub primitive: Primitive,
     pub size: Vector3<f64>,
@@ -201,14 +202,14 @@ pub struct Shape {
     pub detectable: Option<bool>,
     /// The solver for the joints of the mechanism whose root is this shape.
     pub joint_solver: JointSolver,
-    /// Whether continuous collision detection also applies to moving bodies.
+    /// Whether continuous collision detection includes collisions with other moving bodies.
     pub bullet: bool,
     /// Initial velocity of the centre of mass, m/s, and angular velocity, rad/s, in the world frame.
     pub initial_velocity: Vector3<f64>,
     pub initial_angular_velocity: Vector3<f64>,
     /// Damping rates of velocity and angular velocity, 1/s.
     pub damping: [f64; 2],
-    /// Surface friction. Its material number is set only when it is passed to the engine.
+    /// Surface friction. The number of the material is set only in the copy that is passed to the engine.
     pub surface: Surface,
     pub material: String,
     /// Bit mask of the kinds of beams that detect the shape, if it is detectable.
@@ -264,7 +265,7 @@ impl Shape {
 }
 
 impl Object {
-    /// Returns whether pictures show the object: it is visible and on one of the layers that are shown.
+    /// Returns whether pictures show the object, that is, whether it is visible and on a layer that is shown.
     pub fn is_visible(&self) -> bool {
         self.visible && self.layer & SHOWN_LAYERS != 0
     }
@@ -291,7 +292,7 @@ pub enum JointType {
 }
 
 impl JointType {
-    /// Returns the type with a name.
+    /// Returns the type with a name, as used in scene files.
     pub fn parse(name: &str) -> Option<Self> {
         [Self::Revolute, Self::Prismatic, Self::Spherical].into_iter().find(|t| t.name() == name)
     }
@@ -317,7 +318,7 @@ pub enum JointSolver {
 }
 
 impl JointSolver {
-    /// Returns the solver with a name; other names mean `auto`.
+    /// Returns the solver with a name, or `Auto` for any other name.
     pub fn parse(name: &str) -> Self {
         [Self::Reduced, Self::Impulse, Self::Tree].into_iter().find(|s| s.name() == name).unwrap_or_default()
     }
@@ -347,12 +348,12 @@ pub enum Control {
 /// A joint. Units are rad and N m, or m and N if it is prismatic. The data that changes in each step fits in one cache
 /// line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "each is a property row with its sentence")]
+#[allow(missing_docs, reason = "`rows.rs` describes each property")]
 #[repr(C, align(64))]
 pub struct Joint {
     pub position: f64,
     pub velocity: f64,
-    /// Rotation of a spherical joint.
+    /// Rotation of the moved frame of a spherical joint.
     pub rotation: UnitQuaternion<f64>,
     pub effort: f64,
     pub target_velocity: f64,
@@ -424,7 +425,7 @@ impl Joint {
     }
 }
 
-/// A sensor, laid out so that objects stay small.
+/// A sensor. Data that most sensors lack is allocated separately, which keeps objects small.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(C)]
 pub struct SensorData {
@@ -432,9 +433,9 @@ pub struct SensorData {
     pub noise: Option<Arc<NoiseSpec>>,
     /// Measurement rate, Hz; 0 stands for each step.
     pub rate: f64,
-    /// Index of its kind in the registry.
+    /// Index of the sensor's kind in the registry.
     pub kind: usize,
-    /// The preset that was last set.
+    /// Name of the preset that was last set; empty if none was set.
     pub preset: Box<str>,
     /// Whether the sensor measures only on request.
     pub explicit: bool,
@@ -453,7 +454,7 @@ pub struct SensorTargets {
 }
 
 impl SensorData {
-    /// Creates the data of a sensor of a kind, with defaults.
+    /// Creates a sensor with default settings; `kind` is an index in the registry.
     pub fn new(kind: usize) -> Self {
         SensorData { kind, explicit: false, rate: 0.0, preset: Box::default(), noise: None, view: None }
     }
@@ -462,8 +463,9 @@ impl SensorData {
 /// An actuator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ActuatorData {
-    /// Index of its kind in the registry.
+    /// Index of the actuator's kind in the registry.
     pub kind: usize,
-    /// Current values of the commands that its kind declares. They change during a run, and a stop resets them.
+    /// Current values of the commands that the actuator's kind declares. They change during a run, and a stop resets
+    /// them.
     pub commands: Vec<f64>,
 }

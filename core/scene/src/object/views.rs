@@ -1,10 +1,10 @@
-//! Cameras, lights and paths: objects for views and scripts that physics and sensors ignore.
+//! Cameras, lights and paths. Physics and sensors ignore these objects; views and scripts use them.
 
 use serde::{Deserialize, Serialize};
 
 /// The viewpoint of a view. It looks along its z axis; y is up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "each is a property row with its sentence")]
+#[allow(missing_docs, reason = "`rows.rs` describes each property")]
 pub struct Camera {
     pub angle: f64,
     pub ortho_size: f64,
@@ -20,7 +20,7 @@ impl Default for Camera {
 
 /// A light source of a view.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "each is a property row with its sentence")]
+#[allow(missing_docs, reason = "`rows.rs` describes each property")]
 pub struct Light {
     pub form: LightForm,
     pub on: bool,
@@ -28,7 +28,7 @@ pub struct Light {
     pub angle: f64,
 }
 
-/// The form of a light's beam.
+/// The directions in which a light shines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum LightForm {
@@ -48,7 +48,7 @@ impl Default for Light {
 
 /// A path through space.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "each is a property row with its sentence")]
+#[allow(missing_docs, reason = "`rows.rs` describes each property")]
 pub struct Path {
     pub points: Vec<f64>,
     pub rounding: Vec<f64>,

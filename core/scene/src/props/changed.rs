@@ -1,16 +1,16 @@
-//! Effects of a change, and refusals.
+//! The effects of property changes, and a helper that creates refusals.
 
 use tatu_errors::Refusal;
 use tatu_plugin_api::abi::tatu_status;
 
-/// The effect of a change on physics.
+/// The effect of a property change on physics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Changed {
     /// The change has no effect on physics.
     Value,
     /// The object and its descendants have moved.
     Moved,
-    /// The drive of a joint has changed.
+    /// The drive of a joint or the friction of a surface has changed.
     Drive,
     /// Bodies must be recreated.
     Rebuild,

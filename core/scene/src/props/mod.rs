@@ -1,5 +1,5 @@
-//! Reads and sets the core's property rows on live objects: `set` sets rows, `values` converts lists and maps, and
-//! `views` handles cameras, lights and paths; `changed`: effects of a change.
+//! Reads and sets the core's properties of live objects: `set` sets properties, `values` converts lists and maps,
+//! `views` contains the properties of cameras, lights and paths, and `changed` the effects of changes.
 
 mod changed;
 mod set;
@@ -34,7 +34,7 @@ fn lacks<T>(scene: &Scene, slot: u32, row: Row) -> Result<T, Refusal> {
     refuse(TATU_ERR_ARGUMENT, text)
 }
 
-/// Reads a row of an object.
+/// Returns a property of an object.
 pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
     let Some(o) = scene.get(slot) else { return refuse(TATU_ERR_MISSING, format!("there is no object {slot}")) };
     let paths = |v: &[String]| Value::List(v.iter().map(Value::text).collect());
@@ -162,8 +162,8 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
     })
 }
 
-/// Reads a numeric row into `out`. Returns the number of values, or `None` if the row is not numeric or the values do
-/// not fit.
+/// Reads a numeric property into `out`. Returns the number of values, or `None` if the property is not numeric or its
+/// values do not fit.
 pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<usize> {
     fn put(out: &mut [f64], from: &[f64]) -> Option<usize> {
         out.get_mut(..from.len())?.copy_from_slice(from);

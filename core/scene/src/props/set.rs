@@ -1,4 +1,4 @@
-//! Sets property rows of live objects.
+//! Sets properties of live objects.
 
 use std::sync::Arc;
 
@@ -26,12 +26,12 @@ use crate::{
     texture::ShapeTexture,
 };
 
-/// Returns whether a row is a number of a joint's drive, for which any finite number is valid.
+/// Returns whether a property is a number of a joint's drive, for which any finite value is valid.
 pub fn is_drive(row: Row) -> bool {
     matches!(row, Row::TargetVelocity | Row::TargetPosition | Row::MaxForce | Row::MaxVelocity | Row::Slip)
 }
 
-/// Sets a live row that consists of numbers; returns `None` for other rows, which [`set`] sets.
+/// Sets a property that consists of numbers. Returns `None` for other properties, which [`set`] supports.
 pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<Result<Changed, Refusal>> {
     if !v.iter().all(|x| x.is_finite()) {
         return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}`: expected finite numbers", row.info().key)));
@@ -83,7 +83,7 @@ pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<
         let [x, y, z, w] = *v else { return None };
         match pose_from_array(&[0.0, 0.0, 0.0, x, y, z, w]) {
             Some(p) => j.rotation = p.rotation,
-            None => return Some(refuse(TATU_ERR_ARGUMENT, "expected a quaternion that is not zero")),
+            None => return Some(refuse(TATU_ERR_ARGUMENT, "the quaternion must not be zero")),
         }
         scene.refresh(slot);
         return Some(Ok(Changed::Moved));
@@ -94,13 +94,13 @@ pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<
         (Row::Orientation, [a, b, c]) => local.rotation = from_euler([*a, *b, *c]),
         (Row::Quaternion, [x, y, z, w]) => match pose_from_array(&[0.0, 0.0, 0.0, *x, *y, *z, *w]) {
             Some(p) => local.rotation = p.rotation,
-            None => return Some(refuse(TATU_ERR_ARGUMENT, "expected a quaternion that is not zero")),
+            None => return Some(refuse(TATU_ERR_ARGUMENT, "the quaternion must not be zero")),
         },
         (Row::Pose | Row::WorldPose, [..]) if v.len() == 7 => {
             let mut a = [0.0; 7];
             a.copy_from_slice(v);
             let Some(p) = pose_from_array(&a) else {
-                return Some(refuse(TATU_ERR_ARGUMENT, "expected a quaternion that is not zero"));
+                return Some(refuse(TATU_ERR_ARGUMENT, "the quaternion must not be zero"));
             };
             local = if row == Row::Pose { p } else { scene.parent_frame(slot).inverse() * p };
         }
@@ -123,7 +123,7 @@ fn clamp(j: &Joint, x: f64) -> f64 {
     }
 }
 
-/// Sets a row of an object. The value must have been checked against the row's declaration.
+/// Sets a property of an object. The value must already have been checked against the property's declaration.
 pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Changed, Refusal> {
     if scene.get(slot).is_none() {
         return refuse(TATU_ERR_MISSING, format!("there is no object {slot}"));
@@ -165,7 +165,7 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
             };
             return match scene.set_parent(slot, parent) {
                 true => Ok(Changed::Rebuild),
-                false => refuse(TATU_ERR_ARGUMENT, "an object cannot be below itself"),
+                false => refuse(TATU_ERR_ARGUMENT, "the new parent must not be the object or its descendant"),
             };
         }
         Row::Alias if !is_alias(&text) => {
@@ -174,11 +174,12 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         }
         Row::Name => {
             if scene.find_name(&text).is_some_and(|s| s != slot) {
-                return refuse(TATU_ERR_ARGUMENT, format!("the name `{text}` is taken"));
+                return refuse(TATU_ERR_ARGUMENT, format!("another object already has the name `{text}`"));
             }
             let (alias, suffix) = text.split_once('#').map_or((text.as_str(), Ok(-1)), |(a, n)| (a, n.parse()));
             let Some(suffix) = suffix.ok().filter(|_| is_alias(alias)) else {
-                return refuse(TATU_ERR_ARGUMENT, format!("`{}` is not a name", label(text.as_bytes())));
+                let shown = label(text.as_bytes());
+                return refuse(TATU_ERR_ARGUMENT, format!("`{shown}` is not a name: expected an alias, or `alias#n`"));
             };
             scene.set_name(slot, alias, suffix);
             return Ok(Changed::Value);
@@ -260,7 +261,10 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
             let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
             let v = Vector3::new(*x, *y, *z);
             if row == Row::Size && v.min() <= 0.0 || row == Row::CollideSize && v.min() < 0.0 {
-                return refuse(TATU_ERR_ARGUMENT, "a size must be greater than 0");
+                return refuse(
+                    TATU_ERR_ARGUMENT,
+                    "`size` must be greater than 0 along each axis, and `collide_size` must not be negative",
+                );
             }
             if row == Row::Size && !v.iter().all(|x| SIZES.contains(x)) {
                 let text = format!("a size must be from {:e} to {:e} m", SIZES.start(), SIZES.end());
@@ -282,7 +286,7 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
             s.inertia = Some(match v.as_slice() {
                 [x, y, z] => [*x, 0.0, 0.0, 0.0, *y, 0.0, 0.0, 0.0, *z],
                 v if v.len() == 9 => std::array::from_fn(|i| v[i]),
-                _ => return refuse(TATU_ERR_ARGUMENT, "inertia must be 3 or 9 numbers"),
+                _ => return refuse(TATU_ERR_ARGUMENT, "inertia must be 3 numbers (xx yy zz) or 9 (by rows)"),
             });
         }
         (Row::Convex, Value::Bool(b)) => s.convex = *b,
@@ -360,15 +364,15 @@ fn set_force_sensor(f: &mut ForceSensor, row: Row, value: &Value, text: &str) ->
         (Row::ForceFilter, _) => f.median = text == "median",
         (Row::ForceSamples, Value::Int(n)) if (1..=MOST_SAMPLES_OF_FORCE as i64).contains(n) => f.samples = *n as usize,
         (Row::ForceSamples, _) => {
-            return refuse(TATU_ERR_ARGUMENT, format!("a filter must have 1 to {MOST_SAMPLES_OF_FORCE} values"));
+            return refuse(TATU_ERR_ARGUMENT, format!("a filter must combine 1 to {MOST_SAMPLES_OF_FORCE} values"));
         }
         (Row::BreakForce, Value::Float(x)) if *x >= 0.0 => f.break_force = *x,
         (Row::BreakTorque, Value::Float(x)) if *x >= 0.0 => f.break_torque = *x,
         (Row::BreakForce | Row::BreakTorque, _) => {
-            return refuse(TATU_ERR_ARGUMENT, "a threshold must not be negative");
+            return refuse(TATU_ERR_ARGUMENT, "a break threshold must not be negative; 0 means never");
         }
         (Row::BreakCount, Value::Int(n)) if *n >= 1 => f.break_count = u32::try_from(*n).unwrap_or(u32::MAX),
-        (Row::BreakCount, _) => return refuse(TATU_ERR_ARGUMENT, "a count must be at least 1"),
+        (Row::BreakCount, _) => return refuse(TATU_ERR_ARGUMENT, "`break_count` must be at least 1"),
         (Row::Broken, Value::Bool(b)) => f.broken = *b,
         _ => return Ok(None),
     }
@@ -380,7 +384,7 @@ fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Resu
         (Row::Explicit, Value::Bool(b)) => s.explicit = *b,
         (Row::Rate, Value::Float(x)) if *x >= 0.0 && x.is_finite() => s.rate = *x,
         (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate must be at least 0 Hz; 0 means each step"),
-        // The caller, which knows the kind, applies the preset's settings.
+        // The caller applies the settings of the preset, because it has access to the sensor's kind.
         (Row::Preset, _) => s.preset = text.into(),
         (Row::Noise, _) => {
             let more = NoiseSpec::parse(&text, None).map_err(|w| Refusal(TATU_ERR_ARGUMENT, w.in_text(&text).text))?;
@@ -400,7 +404,7 @@ fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Resu
 fn path_in_list(value: &Value) -> Result<String, Refusal> {
     match value {
         Value::Text(path) => Ok(String::from_utf8_lossy(path).into_owned()),
-        _ => refuse(TATU_ERR_ARGUMENT, "expected a list of paths, as texts"),
+        _ => refuse(TATU_ERR_ARGUMENT, "expected a list of paths, each a string"),
     }
 }
 

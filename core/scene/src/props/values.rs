@@ -1,4 +1,4 @@
-//! Values that are lists and maps: surfaces, parts of shapes, custom data.
+//! Conversion of values that are lists or maps: surfaces, parts of shapes, custom data.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
     if places.iter().any(|i| !(0.0..count as f64).contains(i)) {
         return refuse(
             TATU_ERR_ARGUMENT,
-            format!("a triangle refers to a point that does not exist: there are {count}, counted from 0"),
+            format!("a triangle refers to a point that does not exist: expected indices from 0 to below {count}"),
         );
     }
     let coordinates = match lists.get(2) {
@@ -56,32 +56,32 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
     })
 }
 
-/// Converts a map of texts to custom data.
+/// Converts a map from tags to strings to custom data.
 pub fn notes(value: &Value) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, Refusal> {
     let Value::Map(pairs) = value else {
-        return refuse(TATU_ERR_ARGUMENT, "custom data must be a map from tags to texts");
+        return refuse(TATU_ERR_ARGUMENT, "custom data must be a map from tags to strings");
     };
     pairs
         .iter()
         .map(|(k, v)| match (k, v) {
             (Value::Text(k) | Value::Bytes(k), Value::Text(v) | Value::Bytes(v)) => Ok((k.clone(), v.clone())),
-            _ => refuse(TATU_ERR_ARGUMENT, "custom data must be a map from tags to texts"),
+            _ => refuse(TATU_ERR_ARGUMENT, "custom data must be a map from tags to strings"),
         })
         .collect()
 }
 
-/// Returns custom data as a map, in order of tags.
+/// Returns custom data as a map, in ascending order of tags.
 pub fn notes_value(notes: &BTreeMap<Vec<u8>, Vec<u8>>) -> Value {
     Value::Map(notes.iter().map(|(k, v)| (Value::Text(k.clone()), Value::Text(v.clone()))).collect())
 }
 
-/// Returns the numbers of the meshes in a list of parts.
+/// Returns the numbers of the meshes that a list of parts uses.
 pub fn part_meshes(parts: &Value) -> Vec<u32> {
     let Value::List(parts) = parts else { return Vec::new() };
     parts.iter().filter_map(|p| parse_part(p).ok()).map(|p| p.mesh_number).filter(|n| *n > 0).collect()
 }
 
-/// Returns the numbers of the images in a list of parts.
+/// Returns the numbers of the images that a list of parts uses.
 pub fn part_images(parts: &Value) -> Vec<u32> {
     let Value::List(parts) = parts else { return Vec::new() };
     parts.iter().filter_map(|p| parse_part(p).ok()?.texture).map(|t| t.image_number).collect()
@@ -132,11 +132,11 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
             b"friction" => match v {
                 Value::Float(f) if *f >= 0.0 => part.friction = Some(*f),
                 Value::Int(i) if *i >= 0 => part.friction = Some(*i as f64),
-                _ => return refuse(TATU_ERR_ARGUMENT, "part: `friction` must be a number, at least 0"),
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `friction` must be a number of at least 0"),
             },
             b"mesh" => match v {
                 Value::Int(i) if (1..=i64::from(u32::MAX)).contains(i) => part.mesh_number = *i as u32,
-                _ => return refuse(TATU_ERR_ARGUMENT, "part: `mesh` must be the number of a mesh"),
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `mesh` must be the number of a mesh, from 1"),
             },
             b"convex" => match v {
                 Value::Bool(b) => part.convex = *b,
@@ -155,7 +155,7 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
         }
     }
     match part.primitive == Primitive::Mesh && part.mesh_number == 0 {
-        true => refuse(TATU_ERR_ARGUMENT, "a part with the primitive `mesh` must have `mesh`"),
+        true => refuse(TATU_ERR_ARGUMENT, "a part with the primitive `mesh` must specify `mesh`"),
         false => Ok(part),
     }
 }

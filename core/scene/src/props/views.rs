@@ -1,4 +1,4 @@
-//! Property rows of cameras, lights and paths.
+//! Properties of cameras, lights and paths.
 
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::TATU_ERR_ARGUMENT, safe::Value};
@@ -24,7 +24,7 @@ impl Camera {
         let Value::Float(x) = *value else { return Ok(None) };
         match row {
             Row::CameraAngle if x > 0.0 && x < std::f64::consts::PI => self.angle = x,
-            Row::CameraAngle => return refuse(TATU_ERR_ARGUMENT, "a camera's angle must be between 0 and pi"),
+            Row::CameraAngle => return refuse(TATU_ERR_ARGUMENT, "a camera's angle must be above 0 and below pi rad"),
             Row::CameraOrtho if x >= 0.0 => self.ortho_size = x,
             Row::CameraNear if x > 0.0 => self.near = x,
             Row::CameraFar if x > 0.0 => self.far = x,
@@ -65,7 +65,7 @@ impl Light {
             },
             (Row::LightAngle, Value::Float(x)) if *x > 0.0 && *x <= std::f64::consts::FRAC_PI_2 => self.angle = *x,
             (Row::LightAngle, _) => {
-                return refuse(TATU_ERR_ARGUMENT, "half the angle of a spotlight must be above 0 and at most pi / 2");
+                return refuse(TATU_ERR_ARGUMENT, "a spotlight's half angle must be above 0 and at most pi / 2 rad");
             }
             _ => return Ok(None),
         }
@@ -89,7 +89,7 @@ impl Path {
                 self.points.clone_from(v);
             }
             (Row::PathPoints, _) => {
-                return refuse(TATU_ERR_ARGUMENT, "points of a path must have 7 finite numbers each");
+                return refuse(TATU_ERR_ARGUMENT, "a path must have 7 finite numbers for each point");
             }
             (Row::PathRounding, Value::Floats(v)) if v.len() % 3 == 0 && v.iter().all(|x| x.is_finite()) => {
                 self.rounding.clone_from(v);

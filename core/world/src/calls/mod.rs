@@ -1,4 +1,4 @@
-//! Calls of commands: converts the arguments, fills in the frame, and adds context to errors.
+//! Calls commands: converts the arguments, fills in the frame, and adds context to errors.
 
 mod results;
 
@@ -67,7 +67,11 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
         Err(status) => return status,
     };
     if world.worker.is_some() {
-        return say(call.error, TATU_ERR_BUSY, "cannot wait in a script that runs side by side with others");
+        return say(
+            call.error,
+            TATU_ERR_BUSY,
+            "a script that runs in parallel with others (`side_by_side`) cannot wait",
+        );
     }
     if call.wait_token == 0 {
         let entry = world.model.registry.commands.get((call.command as usize).wrapping_sub(1));
@@ -77,7 +81,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
         return say(call.error, TATU_ERR_BUSY, &text);
     }
     if resume == 0 {
-        return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait must not be 0");
+        return say(call.error, TATU_ERR_ARGUMENT, "the resume value of a wait must not be 0");
     }
     let ticket = world.run.calls.wakes.issued.take();
     match parse_wait(until, value, name, world.state.clock.pass.get(), ticket) {
@@ -100,11 +104,15 @@ unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status 
         Err(status) => return status,
     };
     if world.worker.is_some() || call.wait_token == 0 {
-        return say(call.error, TATU_ERR_BUSY, "a caller that cannot wait gets no ticket: `wait` reports why");
+        return say(
+            call.error,
+            TATU_ERR_BUSY,
+            "a caller that cannot wait does not get a ticket: call `wait` for the reason",
+        );
     }
     let wakes = &world.run.calls.wakes;
     *out = match world.run.outside.replay.borrow().is_some() {
-        // No thread may be started: the log contains the result.
+        // No thread may be started, because the log contains the result.
         true => {
             wakes.next_of_replay();
             0
@@ -116,7 +124,7 @@ unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status 
 
 unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_status {
     // SAFETY: the contract requires `call` to be null or to point to the frame of a running call, and `out` to be null
-    // or to point to a text; nothing else uses them meanwhile.
+    // or to point to a string; nothing else uses them meanwhile.
     let (Some(call), Some(out)) = (unsafe { (call.as_mut(), out.as_mut()) }) else { return TATU_ERR_ARGUMENT };
     // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
     // returned.
@@ -125,7 +133,7 @@ unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_sta
         Err(status) => return status,
     };
     if call.resume == 0 {
-        return say(call.error, TATU_ERR_MISSING, "this call does not follow a wait");
+        return say(call.error, TATU_ERR_MISSING, "this call does not resume a command that waited");
     }
     let current = world.run.calls.wakes.current.borrow();
     let Some(current) = current.as_ref() else {
@@ -155,7 +163,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     let calls = &world.run.calls;
     let Some(entry) = world.model.registry.commands.get((f.command as usize).wrapping_sub(1)) else {
         f.error = calls.error_at(calls.depth.get());
-        return say(f.error, TATU_ERR_UNKNOWN, &format!("there is no command {}", f.command));
+        return say(f.error, TATU_ERR_UNKNOWN, &format!("there is no command with the id {}", f.command));
     };
     let Some(level) = calls.enter() else {
         f.error = calls.error_at(calls.depth.get());
@@ -184,7 +192,8 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     f.caller_kind = caller.kind;
     if world.worker.is_some() && (!entry.side_by_side || entry.status == Status::Stub) {
         f.error = calls.error_at(level.depth);
-        let status = say(f.error, TATU_ERR_BUSY, "scripts that run side by side with others cannot call it");
+        let status =
+            say(f.error, TATU_ERR_BUSY, "scripts that run in parallel with others (`side_by_side`) cannot call it");
         drop(level);
         return failed(world, entry, f, status);
     }
@@ -223,7 +232,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
             world,
             entry,
             f,
-            &format!("broke the contract: it wrote outside its room for {} results", f.results_cap),
+            &format!("broke the contract: it wrote outside its space for {} results", f.results_cap),
         );
     }
     if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
@@ -252,7 +261,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     }
 }
 
-/// Fails a command that wrote out of bounds; its results are discarded.
+/// Discards the results of a command that wrote out of bounds, and returns an error.
 #[cold]
 fn broken(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, text: &str) -> tatu_status {
     f.n_results = 0;
@@ -290,18 +299,20 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
     }
 }
 
-/// Converts the arguments as declared and fills in defaults, or returns the error.
+/// Converts the arguments to the declared types and fills in defaults. Reports an error and returns its status if an
+/// argument is invalid.
 ///
-/// `room` is used for up to `FEW` arguments that are single numbers; others go into the arena.
+/// `room` is used if there are at most `FEW` arguments and their conversion does not need memory; otherwise, the
+/// arguments are written to the arena.
 fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: &mut Room) -> tatu_status {
     // SAFETY: the contract of `call_command` requires the frame's `args` to point to `n_args` values that live during
     // the call.
     let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
-    let as_it_is = |(i, p): (usize, &Declared)| match args.get(i) {
+    let is_unchanged = |(i, p): (usize, &Declared)| match args.get(i) {
         Some(a) => is_exact(p, *a),
         None => p.flags & MAY_LACK != 0 && p.fallback == Value::Nil && !has_default_keys(p),
     };
-    if entry.params.iter().enumerate().all(as_it_is) {
+    if entry.params.iter().enumerate().all(is_unchanged) {
         return TATU_OK;
     }
     if args.len() <= FEW
@@ -313,8 +324,8 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
         f.args = room.as_ptr();
         return TATU_OK;
     }
-    // For old-style names, numbers are truncated, as in the versions for which such scripts were written.
-    // SAFETY: the text is owned by the calling script's instance, which lives until the call has returned.
+    // For old-style names, numbers are truncated to integers, as in the versions for which such scripts were written.
+    // SAFETY: the string is owned by the calling script's instance, which lives until the call has returned.
     let dialect = unsafe { bytes(f.caller_dialect) };
     let old = |n: &NameEntry| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
     let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some()) || entry.names.iter().any(old);
@@ -331,8 +342,8 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
 const FEW: usize = 8;
 type Room = [tatu_value; FEW];
 
-/// Converts an argument that has the right type, or is a number that can be converted without checks. Returns `false`
-/// if it needs more work.
+/// Converts an argument that already has the declared type, or that can be converted without checks and memory. Returns
+/// `false` if the argument must be converted by [`convert_args`].
 fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
     let Some(a) = a.copied() else {
         return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil && !has_default_keys(p);
@@ -342,7 +353,7 @@ fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bo
     let int = unsafe { raw.u.i };
     *out = match (p.kind, a.tag()) {
         _ if is_exact(p, a) => raw,
-        // Scripts have a single string type, which arrives as text.
+        // Scripts have a single string type, which is passed as either of these.
         (TATU_BYTES, TATU_TEXT) | (TATU_TEXT, TATU_BYTES) if p.choices.is_empty() => tatu_value { tag: p.kind, ..raw },
         _ if p.lowest != f64::NEG_INFINITY || p.highest != f64::INFINITY || p.flags & TATU_PARAM_ANY != 0 => {
             return false;
@@ -354,10 +365,10 @@ fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bo
     true
 }
 
-/// Flags of parameters that need no argument.
+/// Flags of parameters that do not require an argument.
 const MAY_LACK: u32 = TATU_PARAM_OPTIONAL | TATU_PARAM_REST;
 
-/// Returns whether an argument can be passed on without checking its content.
+/// Returns whether an argument can be passed on unchanged, without checking its contents.
 fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
     if p.flags & TATU_PARAM_ANY != 0 {
         return true;
@@ -369,8 +380,8 @@ fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
     a.tag() == p.kind && unbounded && (p.count == 0 || a.len() == p.count as usize) && p.keys.is_empty()
 }
 
-/// Returns whether a parameter is a table of options that may be omitted: the command then receives the defaults of its
-/// keys.
+/// Returns whether a parameter is a table of options that may be omitted, in which case the command receives a table
+/// with the default values of the keys.
 fn has_default_keys(p: &Declared) -> bool {
     p.kind == TATU_MAP
         && p.flags & MAY_LACK != 0
@@ -386,7 +397,7 @@ fn convert_args(
 ) -> Result<(*const tatu_value, u32), String> {
     let mut out: Vec<tatu_value> = args.iter().map(|a| a.raw()).collect();
     let mut arena = world.run.calls.arena.borrow_mut();
-    let space = || "the arguments are too large".to_owned();
+    let space = || "the arguments do not fit into the world's arena".to_owned();
     for (i, p) in entry.params.iter().enumerate() {
         let given = args.get(i).copied().unwrap_or(ValueRef::NIL);
         let name = || format!("argument {} `{}`", i + 1, p.key);
@@ -432,8 +443,8 @@ fn convert_args(
     Ok((room, n as u32))
 }
 
-/// Adds the command's name to its error. For an old-style name, logs the error and returns the values of that name
-/// instead.
+/// Adds the command's name to its error. If the command was called by an old-style name, reports the error as a fault
+/// and returns the values that stand for an error under that name.
 #[cold]
 fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
     let plugin = &world.model.registry.plugins[entry.plugin];
@@ -461,13 +472,13 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
         _ if status == TATU_ERR_PANIC || text.starts_with("broke the contract") => {
             format!("{name}: plugin `{}` {text}", plugin.id)
         }
-        // If a command calls itself, its name is added once.
+        // If a command calls itself, its name is added only once.
         _ if text.starts_with(&format!("{name}: ")) => text,
-        // The failure has its own position, in a function that the command called or a file that it read.
+        // The error has a position, in a function that the command called or in a file that it read.
         _ if line > 0 && file.is_some() => format!("{name}: {}:{line}: {text}", file.unwrap_or_default()),
         _ => format!("{name}: {text}"),
     };
-    // SAFETY: the text is owned by the calling script's instance, which lives until the call has returned.
+    // SAFETY: the string is owned by the calling script's instance, which lives until the call has returned.
     let dialect = unsafe { bytes(f.caller_dialect) };
     let old = entry.names.get(f.alias as usize).and_then(|n| n.instead_of_error(dialect));
     match old {

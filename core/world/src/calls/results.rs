@@ -1,12 +1,15 @@
-//! Checks of a plugin's results against the contract, before they are read.
+//! Checks the results of a plugin against the contract before they are read.
 
 use tatu_plugin_api::{abi::*, safe::MAX_DEPTH};
 
-/// Checks that the results fit and are of known types, and empties spans without an address. Values nested in lists are
-/// checked by their readers.
+/// Checks that the number and types of the results are valid, and empties spans without an address. Nested values are
+/// not checked.
 pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     if f.n_results > f.results_cap {
-        return Err(format!("broke the contract: {} results, but room for only {}", f.n_results, f.results_cap));
+        return Err(format!(
+            "broke the contract: it returned {} results, but there is space for only {}",
+            f.n_results, f.results_cap
+        ));
     }
     for i in 0..f.n_results as usize {
         // SAFETY: `f.results` points to an array of `results_cap` values that lives during the call, and `i < n_results
@@ -23,8 +26,8 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks values inside lists, maps and spans of a command's results. This is done immediately, because the plugin is
-/// no longer known when they are read.
+/// Checks the contents of spans, lists and maps in a command's results. They are checked immediately, because it is no
+/// longer known which plugin returned them when they are read.
 pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
     for i in 0..f.n_results as usize {
         // SAFETY: `f.results` points to an array that lives during the call, and `check_results` has checked that it
@@ -39,10 +42,10 @@ pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// Maximum size of a span, bytes: the arena of a world holds no more.
+/// Maximum size of a span, bytes. A world's arena does not have more memory.
 const LARGEST: u64 = 256 << 20;
 
-/// Describes what is wrong with a value that has a span, if anything.
+/// Returns a description of the first error in a value that has a span, if there is one.
 fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
     let each = match v.tag {
         TATU_F64S | TATU_I64S => 8,
@@ -54,7 +57,7 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
     // SAFETY: the caller passes only values for whose tag `s` is the active member of the union.
     let (ptr, len) = unsafe { (v.u.s.ptr, v.u.s.len) };
     if len.checked_mul(each).is_none_or(|bytes| bytes > LARGEST) {
-        return Some(format!("has {len} elements: at most {} MB can be passed", LARGEST >> 20));
+        return Some(format!("has {len} elements, which exceed the limit of {} MB", LARGEST >> 20));
     }
     if len > 0 && !(ptr as u64).is_multiple_of(each.min(8)) {
         return Some("is at an address that is not aligned to its elements".into());
@@ -63,10 +66,10 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
         return None;
     }
     if ptr.is_null() {
-        return Some(format!("holds a list of {len} elements at a null pointer"));
+        return Some(format!("contains a list or map of {len} elements at a null pointer"));
     }
     if depth >= MAX_DEPTH {
-        return Some(format!("nests deeper than {MAX_DEPTH}: it may contain itself"));
+        return Some(format!("is nested deeper than {MAX_DEPTH} levels: it may contain itself"));
     }
     let n = if v.tag == TATU_MAP { 2 * len } else { len } as usize;
     // SAFETY: the contract requires a span to contain `len` values (two per pair of a map) that live until the call has
@@ -75,18 +78,18 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
     for (i, inner) in values.iter().enumerate() {
         let is_key = v.tag == TATU_MAP && i % 2 == 0;
         let flaw = match inner.tag {
-            tag if tag > TATU_OBJECT => Some(format!("holds a value of the unknown type {tag}")),
+            tag if tag > TATU_OBJECT => Some(format!("contains a value of the unknown type {tag}")),
             // SAFETY: the tag is `TATU_F64`, so `f` is the active member of the union.
-            TATU_F64 if is_key && unsafe { inner.u.f.is_nan() } => {
-                Some("holds a map with a key that is not a number".into())
-            }
+            TATU_F64 if is_key && unsafe { inner.u.f.is_nan() } => Some("contains a map with the key NaN".into()),
             tag if is_key
                 && !matches!(
                     tag,
                     TATU_BOOL | TATU_I64 | TATU_F64 | TATU_TEXT | TATU_BYTES | TATU_OBJECT | TATU_NIL
                 ) =>
             {
-                Some(format!("holds a map with a key of type {tag}: keys must be texts, numbers or booleans"))
+                Some(format!(
+                    "contains a map with a key of type {tag}: keys must be strings, numbers, Booleans or objects"
+                ))
             }
             TATU_TEXT..=TATU_MAP => span_flaw(inner, depth + 1),
             _ => None,

@@ -2,8 +2,8 @@
 //!
 //! Each block is followed by a guard word, which reveals that a plugin wrote past its end.
 //!
-//! The limit counts the blocks that are in use, not the chunks allocated so far, so it depends neither on earlier calls
-//! nor on whether the world was restored from a snapshot.
+//! The limit applies to the blocks in use, not to the chunks allocated so far. It therefore depends neither on earlier
+//! calls nor on whether the world was restored from a snapshot.
 
 use std::{mem::MaybeUninit, ptr::NonNull};
 
@@ -12,22 +12,24 @@ use tatu_plugins::state_block::GUARD;
 
 /// Minimum size of a chunk, bytes.
 const CHUNK: usize = 64 * 1024;
-/// Maximum size of all blocks in use, bytes. Each is rounded up to a multiple of 16 and takes 16 more for its guard.
+/// Maximum size of all blocks in use, bytes. Each block is rounded up to a multiple of 16 bytes, and its guard takes 16
+/// more.
 const LIMIT: usize = 256 * 1024 * 1024;
-/// Number of guards that do not count towards the limit, so that 256 blocks of 1 MB fit.
+/// Number of guards to which the limit does not apply, so that 256 blocks of 1 MB fit.
 const FREE_GUARDS: usize = 4096;
 
-/// A stack allocator: allocates, and releases everything since a mark.
+/// A stack allocator, which releases all blocks allocated since a mark at once.
 #[derive(Default)]
 pub struct Arena {
     chunks: Vec<Chunk>,
-    /// Index of the current chunk, and words used in it.
+    /// Index of the current chunk.
     chunk: usize,
+    /// Number of words used in the current chunk.
     used: usize,
 }
 
-/// A chunk of 16-byte aligned words, and the number of words in use in the chunks before it. It is a `Vec` because its
-/// pointer can be taken without borrowing the words, which plugins use.
+/// A chunk of 16-byte aligned words, and the number of words in use in the chunks before it. The words are in a `Vec`,
+/// because its pointer can be taken without borrowing them while plugins use them.
 struct Chunk(Vec<u128>, usize);
 
 impl Arena {
@@ -43,7 +45,7 @@ impl Arena {
         if !fits(self.chunks.get(self.chunk), self.used) {
             let next = if self.chunks.is_empty() { 0 } else { self.chunk + 1 };
             if !fits(self.chunks.get(next), 0) {
-                // The chunks after this one are unused, and the next is too small.
+                // The chunks after the current one are unused, and the first of them is too small.
                 self.chunks.truncate(next);
                 self.chunks.push(Chunk(vec![0; words.max(CHUNK / 16 + 1)], before));
             }
@@ -59,8 +61,8 @@ impl Arena {
         first.wrapping_add(at).cast()
     }
 
-    /// Returns whether the guards of all blocks allocated since the mark are intact. Only the current chunk is checked;
-    /// more than one chunk is involved only if a call allocated a lot.
+    /// Returns whether the guards of all blocks allocated since the mark are intact. Only the current chunk is checked,
+    /// because few calls allocate blocks in more than one.
     pub fn is_whole_since(&self, mark: u64) -> bool {
         let (chunk, used) = ((mark >> 32) as usize, (mark & 0xFFFF_FFFF) as usize);
         let begin = if chunk == self.chunk { used } else { 0 };
@@ -79,12 +81,12 @@ impl Arena {
         true
     }
 
-    /// Returns the current position, for `release`.
+    /// Returns a mark for [`release`](Self::release): the current position.
     pub fn mark(&self) -> u64 {
         (self.chunk as u64) << 32 | self.used as u64
     }
 
-    /// Releases everything allocated since the mark. A mark ahead of the current position is ignored.
+    /// Releases all blocks allocated since the mark. A mark beyond the current position is ignored.
     pub fn release(&mut self, mark: u64) {
         let (chunk, used) = ((mark >> 32) as usize, (mark & 0xFFFF_FFFF) as usize);
         if (chunk, used) <= (self.chunk, self.used) {
@@ -158,7 +160,7 @@ mod tests {
         assert!(!a.is_whole_since(mark) && !a.is_whole_since(0));
         a.release(mark);
         assert!(a.is_whole_since(mark) && a.is_whole_since(0));
-        // A block of this size gets a separate chunk.
+        // A block of this size is allocated in a separate chunk.
         let place = a.alloc(CHUNK);
         assert!(a.is_whole_since(mark));
         // SAFETY: byte `CHUNK` after `place` is the first one of the guard, within the chunk, which lives as long as

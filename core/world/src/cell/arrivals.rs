@@ -1,13 +1,13 @@
-//! Results of plugins' threads enter the world at the barrier, and the input log records them, so that a replay needs no
-//! thread.
+//! Adds the results of plugins' threads to the world at the barrier, and records them in the input log, so that a
+//! replay does not need the threads.
 
 use super::{Due, WorldCell, input_log::Input, inputs::record_of};
 
-/// The kind of these records in the input log.
+/// The kind of the records of such results in the input log.
 const KIND: &str = "wake";
 
 impl WorldCell {
-    /// Returns whether a wait has ended.
+    /// Returns whether the condition of a wait is met.
     pub fn is_over(&self, due: &Due) -> bool {
         match due {
             Due::Step(s) => self.state.clock.pass.get() >= *s,
@@ -19,8 +19,8 @@ impl WorldCell {
     }
 }
 
-/// Takes in the results that have arrived since the last barrier, or those that arrived at this barrier of a replayed
-/// run.
+/// Adds the results that have arrived since the last barrier or, in a replay, those that arrived at this barrier of the
+/// recorded run.
 pub(crate) fn take_in(world: &WorldCell) {
     let wakes = &world.run.calls.wakes;
     let is_replay = world.run.outside.replay.borrow().is_some();
@@ -37,7 +37,7 @@ pub(crate) fn take_in(world: &WorldCell) {
     for (number, result) in found {
         let waits = world.run.calls.waits.borrow().all().iter().any(|w| w.due == Due::Wake(number));
         if !waits && !is_replay {
-            // The script that waited has ended.
+            // The waiting script has ended.
             continue;
         }
         record_of(world, String::new(), Input::Observed { kind: KIND.into(), text: text(number, &result) });

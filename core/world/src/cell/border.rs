@@ -1,4 +1,4 @@
-//! State that the host watches while plugins run.
+//! State that the host monitors while plugins run.
 
 use std::{
     cell::{Cell, RefCell},
@@ -7,18 +7,20 @@ use std::{
 
 use tatu_plugins::{guard::ProcessState, watchdog::Watch};
 
-/// The calls that are crossing the plugin ABI, and the process and thread state to restore after them.
+/// The running plugin call, and the process and thread state to restore after plugin calls.
 pub(crate) struct Border {
     /// The plugin call that is running.
     pub watch: Arc<Watch>,
     /// The process and thread state that plugins must leave unchanged.
     pub home: RefCell<ProcessState>,
-    /// Plugins called since the quick check of `home`, as a bit mask; bit 63 represents all plugins from 63 on.
+    /// Plugins called since the last quick check of `home`, as a bit mask; bit 63 represents all plugins from index 63
+    /// on.
     pub called: Cell<u64>,
-    /// Plugins called since the full check of `home`, as a bit mask, and the number of quick checks.
+    /// Plugins called since the last full check of `home`, as a bit mask like `called`.
     pub called_lately: Cell<u64>,
+    /// Number of quick checks so far.
     pub checks: Cell<u32>,
-    /// Whether a plugin has changed the floating-point mode; from then on it is checked after every call.
+    /// Whether a plugin has changed the floating-point mode. If it is set, the mode is checked after every call.
     pub suspicious: Cell<bool>,
 }
 

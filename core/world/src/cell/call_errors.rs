@@ -1,4 +1,5 @@
-//! Access to the error objects of calls: pointers to slots that the host allocated, valid as long as the call.
+//! Access to the error objects of calls, which are pointers to slots that the host allocated and that are valid during
+//! the call.
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
@@ -6,7 +7,7 @@ use tatu_plugins::{
     watchdog::Call,
 };
 
-/// Fills an error object and returns the status. An error object passed to a host function is null or the host's own.
+/// Fills an error object, unless it is null, and returns the status.
 pub(crate) fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
     // SAFETY: `error` is null or points to an `ErrorSlot` that the host made for this call and that outlives it.
     unsafe { border::say(error, status, text) }
@@ -33,7 +34,7 @@ pub(crate) fn answer(error: *mut tatu_error, status: tatu_status, may_wait: bool
     unsafe { border::answer(status, may_wait, error) }
 }
 
-/// Names the plugin in an error object of a call: see [`border::name_plugin`].
+/// Adds the name of the plugin to an error object of a call: see [`border::name_plugin`].
 pub(crate) fn name_plugin(error: *mut tatu_error, status: tatu_status, plugin: &str, call: Call) {
     // SAFETY: `error` is null or points to an `ErrorSlot` that the host made for this call and that outlives it.
     unsafe { border::name_plugin(status, error, plugin, call) };

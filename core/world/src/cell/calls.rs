@@ -1,4 +1,4 @@
-//! The call stack of a world: the caller, the depth, and the values in the arena.
+//! The call stack of a world: the current caller, the depth, and the values in the arena.
 //!
 //! No Rust borrow of the world is held while a plugin runs, because a command may call a script that calls the same
 //! command.
@@ -16,7 +16,7 @@ use super::{Arena, ResultsRoom, Waits, Wakes};
 /// Maximum depth of nested calls across the plugin ABI.
 pub const MAX_DEPTH: u32 = 64;
 
-/// The state of calls of one world.
+/// The state of the calls in a world.
 pub(crate) struct Calls {
     pub arena: RefCell<Arena>,
     /// The current caller.
@@ -26,18 +26,20 @@ pub(crate) struct Calls {
     slots: RefCell<Vec<ErrorSlot>>,
     /// Space for results, one per depth, created when first needed.
     results: RefCell<Vec<ResultsRoom>>,
-    /// Status and text of the last refusal by a host function.
+    /// Status and message of the last refusal by a host function.
     pub last: RefCell<ErrorSlot>,
     pub waits: RefCell<Waits>,
     /// Waits for results of plugins' own threads.
     pub wakes: Wakes,
-    /// Error text of the last failed command, and its plugin: a script may pass it on as its own error.
+    /// Error message of the last failed command, and the id of its plugin. A script can pass the message on as its own
+    /// error.
     pub blame: RefCell<Option<(String, String)>>,
-    /// Ids of the stubs that have been reported.
+    /// Ids of the stub commands that have been reported.
     pub stubs: RefCell<BTreeSet<u32>>,
 }
 
-/// The caller of a command or host function. The host fills it in from its own stack and ignores what plugins write.
+/// The caller of a command or host function. The host fills it in from its own stack and ignores values that plugins
+/// write.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Caller {
     pub kind: u32,
@@ -59,7 +61,7 @@ impl Caller {
         service: 0,
     };
 
-    /// Returns the caller that represents a service of the session, counted from 1.
+    /// Returns the caller that represents the service with this number in the session, counted from 1.
     pub fn remote(service: u32) -> Caller {
         Caller { kind: TATU_CALLER_REMOTE, service, ..Caller::HOST }
     }
@@ -81,7 +83,7 @@ impl Calls {
         }
     }
 
-    /// Returns the error object of a depth, cleared.
+    /// Clears the error object of a call depth, and returns it.
     pub fn error_at(&self, depth: u32) -> *mut tatu_error {
         let mut slots = self.slots.borrow_mut();
         while slots.len() <= depth as usize {
@@ -90,7 +92,7 @@ impl Calls {
         slots[depth as usize].fresh()
     }
 
-    /// Returns the space for the results of a command at a depth.
+    /// Returns the space for the results of a command at a call depth.
     #[inline]
     pub fn results_at(&self, depth: u32) -> *mut tatu_value {
         let mut results = self.results.borrow_mut();
@@ -100,7 +102,7 @@ impl Calls {
         results[depth as usize].first()
     }
 
-    /// Enters one more call across the plugin ABI; returns `None` if the limit is reached.
+    /// Enters a call across the plugin ABI. Returns `None` if [`MAX_DEPTH`] is reached.
     pub fn enter(&self) -> Option<Depth<'_>> {
         let depth = self.depth.get();
         if depth >= MAX_DEPTH {
@@ -110,7 +112,7 @@ impl Calls {
         Some(Depth { calls: self, depth, caller: self.caller.get() })
     }
 
-    /// Records the refusal of a host function and returns its status.
+    /// Records why a host function was refused, and returns the status.
     #[cold]
     pub fn refuse(&self, status: tatu_status, text: &str) -> tatu_status {
         if let Ok(mut last) = self.last.try_borrow_mut() {
@@ -120,7 +122,7 @@ impl Calls {
     }
 }
 
-/// One call across the ABI; leaving it restores depth and caller.
+/// A call across the ABI. Dropping it restores the depth and the caller.
 pub(crate) struct Depth<'a> {
     calls: &'a Calls,
     /// Depth of this call, counted from 0.

@@ -4,10 +4,11 @@ use std::cell::Cell;
 
 /// Simulation time and step counters.
 pub(crate) struct Clock {
-    /// Simulation time, s: `step * dt` as long as `dt` does not change.
+    /// Simulation time, s. It equals `step * dt` while `dt` does not change.
     pub time: Cell<f64>,
     pub step: Cell<u64>,
-    /// Passes since the world was created, including those while it is stopped. Waits for steps count these.
+    /// Number of passes since the world was created, including those while it is stopped. Waits for a number of steps
+    /// count passes.
     pub pass: Cell<u64>,
     pub dt: Cell<f64>,
     /// Number of physics stages in this step that took a whole `dt`.
@@ -28,7 +29,7 @@ impl Clock {
             rest: Cell::new(0.0),
         }
     }
-    /// Copies time, counters and `dt` of another clock.
+    /// Copies the time, the counters and `dt` of another clock.
     pub fn like(&self, other: &Clock) {
         self.time.set(other.time.get());
         self.step.set(other.step.get());
@@ -47,7 +48,8 @@ impl Clock {
     pub fn so_far(&self) -> f64 {
         f64::from(self.whole.get()) * self.dt.get() + self.rest.get()
     }
-    /// Ends a step. Time that is a multiple of `dt` is computed as a product, so that rounding errors do not add up.
+    /// Ends a step. If the time is a multiple of `dt`, it is computed as a product, so that rounding errors do not
+    /// accumulate.
     pub fn advance(&self) {
         let (dt, time) = (self.dt.get(), self.time.get());
         let (whole, rest) = (self.whole.replace(0), self.rest.replace(0.0));
@@ -58,7 +60,7 @@ impl Clock {
         self.step.set(self.step.get() + 1);
         self.count_pass();
     }
-    /// Counts a pass that was skipped; time does not advance.
+    /// Counts a step whose pass was skipped. Time does not advance.
     pub fn skip(&self) {
         self.step.set(self.step.get() + 1);
         self.count_pass();

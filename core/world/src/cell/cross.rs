@@ -1,14 +1,15 @@
-//! Calls into plugins: recorded for the watchdog, with the process and thread state restored afterwards.
+//! Calls plugins. Each call is recorded for the watchdog, and the process and thread state is restored afterwards.
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugins::{guard, setup_turn, watchdog::Call};
 
 use super::WorldCell;
 
-/// Number of quick checks per full check, which takes system calls.
+/// Number of quick checks per full check, which requires system calls.
 const CHECKS: u32 = 64;
 
-/// Returns whether a call creates or destroys an instance. Worlds on several threads take turns in such calls.
+/// Returns whether a call creates or destroys an instance. Worlds on different threads must not make such calls
+/// concurrently.
 #[inline]
 fn is_setup(call: Call) -> bool {
     matches!(call, Call::Create | Call::Destroy)
@@ -16,11 +17,11 @@ fn is_setup(call: Call) -> bool {
 
 impl WorldCell {
     /// Calls a function of a plugin on behalf of an object, or of no object if `slot` is 0. Every call of a single
-    /// function goes through here: it is recorded for the watchdog, and the floating-point mode is restored after the
-    /// outermost one.
+    /// function uses this method: it records the call for the watchdog, and restores the floating-point mode after the
+    /// outermost call.
     ///
     /// Reading the mode takes about 10 ns, ten times as long as the record. Commands called by scripts are therefore
-    /// checked one by one only after a change has been found.
+    /// checked individually only after a change has been detected.
     #[inline]
     pub fn cross<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
         let _turn = is_setup(call).then(setup_turn);
@@ -29,7 +30,7 @@ impl WorldCell {
         }
         let before = self.border.watch.enter(call, plugin, slot);
         let done = f();
-        // A direction flag left set would make the next memory copy run backwards.
+        // If the direction flag remained set, the next memory copy would run backwards.
         let turned = guard::clear_direction();
         guard::end_if_child();
         self.border.watch.leave(before);
@@ -49,13 +50,14 @@ impl WorldCell {
         let within = self.border.called.get() | own;
         self.border.called.set(earlier | within);
         if let Some(what) = moved {
-            // If the mode was already suspicious, calls nested in this one have been checked themselves.
+            // If the mode was already suspicious, the calls nested in this one have been checked individually.
             let suspects = if self.border.suspicious.replace(true) { own } else { within };
             self.blame(suspects, what, call.text(), self.border.watch.name_of(slot));
         }
         done
     }
-    /// Like `cross`, but for a function without an error object; also returns what it logged as errors.
+    /// Like `cross`, but for a function without an error object. In addition, returns the errors that the function
+    /// logged.
     pub fn cross_capturing<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> (T, Vec<String>) {
         guard::capture_errors(|| self.cross_watched(plugin, call, slot, f))
     }
@@ -71,8 +73,8 @@ impl WorldCell {
         }
         done
     }
-    /// Checks the locale and the x87 control word after a stage, since checking them after each call would take too
-    /// long. Blames the plugins called since the last check.
+    /// Restores the locale and the x87 control word after a stage, since checking them after each call would take too
+    /// long. Reports a change as a fault of the plugins called since the last check.
     pub fn restore_process_state(&self, stage: &str) {
         let called = self.border.called.take();
         if let Some(what) = self.border.home.borrow().restore_quickly() {
@@ -85,8 +87,8 @@ impl WorldCell {
             self.restore_process("the last steps");
         }
     }
-    /// Like `restore_process_state`, but for state that requires system calls: the working folder, signal handlers,
-    /// standard output.
+    /// Like `restore_process_state`, but for state whose check requires system calls: the working folder, signal
+    /// handlers, standard output.
     pub fn restore_process(&self, place: &str) {
         let called = self.border.called_lately.take();
         if let Some(what) = self.border.home.borrow().restore() {
@@ -97,7 +99,7 @@ impl WorldCell {
     fn blame(&self, suspects: u64, what: &str, place: &str, object: Option<String>) {
         let plugins = &self.model.registry.plugins;
         let mut all: Vec<usize> = (0..plugins.len()).filter(|i| suspects & 1 << (*i).min(63) != 0).collect();
-        // The program's own plugins are tested for this, so other plugins are suspected first.
+        // The program's own plugins are tested for such changes, so other plugins are suspected first.
         if all.iter().any(|i| !self.model.registry.is_of_program(*i)) {
             all.retain(|i| !self.model.registry.is_of_program(*i));
         }

@@ -1,4 +1,4 @@
-//! Plugin state of a world.
+//! The plugin instances of a world, and the data that they work on.
 
 use std::{
     cell::{Cell, RefCell},
@@ -24,7 +24,7 @@ pub(crate) struct Devices {
     pub instances: RefCell<Vec<Option<Instance>>>,
     pub next_instance: Cell<u64>,
     next_replacement: Cell<u64>,
-    /// The version of the tree at which scripts and devices of removed objects were last ended.
+    /// The version of the tree at which the scripts and devices of removed objects were last ended.
     pub swept: Cell<u64>,
 }
 
@@ -49,8 +49,8 @@ impl Devices {
         self.next_instance.set(id + 1);
         id
     }
-    /// Returns an id for an instance that replaces an existing one. It is from the upper half, so that a reload leaves
-    /// the ids of later instances unchanged.
+    /// Returns an id for an instance that replaces an existing one. Such ids are in a separate range, so that a reload
+    /// does not change the ids of later instances.
     pub fn new_replacement(&self) -> u64 {
         let id = self.next_replacement.get();
         self.next_replacement.set(id + 1);
@@ -70,7 +70,7 @@ impl Devices {
         let Ok(all) = self.instances.try_borrow() else { return true };
         all.get(plugin).and_then(Option::as_ref).is_none_or(|i| i.state.is_whole())
     }
-    /// Repairs the guard of a state block, once the overrun has been reported.
+    /// Repairs the guard of a state block after the overrun has been detected, so that it is reported only once.
     #[cold]
     pub fn mend_state(&self, plugin: usize) {
         if let Ok(mut all) = self.instances.try_borrow_mut()

@@ -1,4 +1,4 @@
-//! Events of a world that await delivery, and their subscriptions.
+//! The events of a world that await delivery, and the subscriptions to events.
 
 use std::{
     cell::{Cell, RefCell},
@@ -9,7 +9,7 @@ use std::{
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::events::covers;
 
-/// Builds a payload: a map with text keys.
+/// Builds a payload, which is a map with string keys.
 pub(crate) fn payload<const N: usize>(fields: [(&str, Value); N]) -> Value {
     Value::Map(fields.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
@@ -27,7 +27,7 @@ pub(crate) struct Subscription {
 pub(crate) struct Bus {
     /// Published events that await delivery, in order.
     pub queue: RefCell<VecDeque<(Rc<str>, Value)>>,
-    /// Bytes of the events that scripts have published since the queue was empty.
+    /// Total size of the events that scripts have published since the queue was empty, bytes.
     waiting: Cell<u64>,
     /// Subscriptions, in the order in which they were made.
     pub subscriptions: RefCell<Vec<Subscription>>,
@@ -46,7 +46,7 @@ impl Bus {
     }
     /// Returns whether a script subscribes to an event.
     pub fn wants(&self, name: &str) -> bool {
-        // A handler that prints must not receive its own line, or it would print for ever.
+        // A handler that prints must not receive its own lines, because this would never end.
         let own = name == "message" && self.now.try_borrow().is_ok_and(|n| n.as_deref() == Some(name));
         !own && self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| covers(&s.name, name)))
     }
@@ -54,24 +54,25 @@ impl Bus {
     pub fn has_listeners(&self) -> bool {
         self.subscriptions.try_borrow().is_ok_and(|s| !s.is_empty())
     }
-    /// Returns whether a script of this instance has a subscription.
+    /// Returns whether the script with this instance id has a subscription.
     pub fn has_of(&self, instance: u64) -> bool {
         self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| s.handler >> 32 == instance))
     }
-    /// Returns whether `bytes` more bytes may be queued.
+    /// Returns whether an event of `bytes` bytes fits into `room` bytes with those already queued, and if so, counts
+    /// it.
     pub fn has_room(&self, bytes: u64, room: u64) -> bool {
         let before = if self.queue.try_borrow().is_ok_and(|q| q.is_empty()) { 0 } else { self.waiting.get() };
         let fits = before.saturating_add(bytes) <= room;
         self.waiting.set(if fits { before + bytes } else { before });
         fits
     }
-    /// Queues an event until the next delivery.
+    /// Adds an event to the queue, for the next delivery.
     pub fn push(&self, name: &str, payload: Value) {
         if let Ok(mut queue) = self.queue.try_borrow_mut() {
             queue.push_back((name.into(), payload));
         }
     }
-    /// Adds a subscription and returns its id.
+    /// Adds a subscription and returns its id, or `None` if the list of subscriptions is in use.
     pub fn subscribe(&self, name: &str, handler: tatu_func) -> Option<u64> {
         let mut all = self.subscriptions.try_borrow_mut().ok()?;
         let id = self.last.get() + 1;

@@ -1,8 +1,8 @@
 //! The folders in which scripts open files.
 //!
-//! Each folder is opened once, and files are opened relative to its handle, so neither `..`, nor a link, nor a change
-//! of the working folder gives access to files outside it. Only regular files are opened, never folders, pipes, devices
-//! or sockets.
+//! Each folder is opened once, and files are opened relative to its handle. Neither `..`, nor a link, nor a change of
+//! the working folder therefore gives access to files outside the folder. Only regular files are opened, never folders,
+//! pipes, devices or sockets.
 
 use std::{
     cell::{OnceCell, RefCell},
@@ -22,7 +22,7 @@ use tatu_scene::document::{Document, normal};
 struct Folder {
     /// Absolute path.
     path: PathBuf,
-    /// Canonical path and open handle, obtained when first needed.
+    /// Canonical path and open handle, obtained at the first use; `None` if the folder cannot be opened.
     opened: OnceCell<Option<(PathBuf, Dir)>>,
 }
 
@@ -42,10 +42,10 @@ impl Folder {
 pub(crate) struct Folders {
     working: Folder,
     scene: Option<Folder>,
-    /// Used in place of the working folder.
+    /// The folder that the program has chosen in place of the working folder, if any.
     chosen: RefCell<Option<Folder>>,
-    /// Folders of scripts that are files of the document or of a model, each with the suffix of a script: scripts may
-    /// read the modules beside them.
+    /// Folders that contain script files of the document or of a model, each with the suffix of these files. Scripts
+    /// may read files with this suffix in the folder, which are modules.
     of_scripts: RefCell<Vec<(Rc<Folder>, OsString)>>,
 }
 
@@ -67,17 +67,17 @@ impl Refused {
     }
 }
 
-/// A file in one of the folders.
+/// A file found in one of the folders.
 struct Found<'a> {
-    /// Its path, for messages, and for plugins that open it by path.
+    /// Path of the file, for messages and for plugins that open the file by path.
     path: PathBuf,
     dir: &'a Dir,
-    /// Its path relative to `dir`, without links.
+    /// Path of the file relative to `dir`, without links.
     name: PathBuf,
 }
 
 impl Folders {
-    /// Returns the folders of a world whose scene is in `file`.
+    /// Returns the folders for a world whose scene is in `file`.
     pub fn new(file: Option<&Path>) -> Self {
         let working = std::env::current_dir().unwrap_or_default();
         let scene = file.and_then(Path::parent).map(|p| normal(&working.join(p))).filter(|p| *p != working);
@@ -86,11 +86,11 @@ impl Folders {
         Folders { working: Folder::new(working), scene, chosen: RefCell::default(), of_scripts }
     }
 
-    /// Lets scripts read modules beside the script files that a document has read: files with the same suffix.
+    /// Lets scripts read modules, which are files beside the script files of a document that have the same suffix.
     pub fn read_beside(&self, document: &Document) {
         let scripts = document.objects.iter().flat_map(|o| &o.scripts).map(|s| Path::new(&s.name));
         let mut all = self.of_scripts.borrow_mut();
-        // The name of a script that is not a file is free text.
+        // The name of a script that is not a file is an arbitrary string.
         for file in scripts.filter(|file| document.sources.has(file)) {
             let (Some(folder), Some(suffix)) = (file.parent(), file.extension()) else { continue };
             let folder = normal(&self.working.path.join(folder));
@@ -100,7 +100,7 @@ impl Folders {
         }
     }
 
-    /// Makes the folder at this absolute path the folder for files, in place of the working folder.
+    /// Replaces the working folder by the folder at this absolute path.
     pub fn choose(&self, folder: PathBuf) {
         *self.chosen.borrow_mut() = Some(Folder::new(folder));
     }
@@ -110,7 +110,7 @@ impl Folders {
         self.find(name, mode, |found| Ok(found.path))
     }
 
-    /// Opens a regular file; `mode` has `TATU_FILE_*` bits.
+    /// Opens a regular file; `mode` consists of `TATU_FILE_*` bits.
     pub fn open(&self, name: &Path, mode: u32) -> Result<fs::File, Refused> {
         self.find(name, mode, |found| {
             if mode & TATU_FILE_FOLDERS != 0
@@ -118,7 +118,7 @@ impl Folders {
             {
                 found.dir.create_dir_all(above).map_err(|e| system(&found.path, &e))?;
             }
-            // This is checked before opening, because merely opening a device, for example, can have effects.
+            // The type is checked before opening, because opening alone can have effects, for example on a device.
             if found.dir.symlink_metadata(&found.name).is_ok_and(|about| !about.is_file()) {
                 return Err(not_plain(&found.path));
             }
@@ -131,20 +131,21 @@ impl Folders {
         })
     }
 
-    /// Looks a name up in the folders in order, and calls `f` with the first match.
+    /// Looks up a name in the folders in order, and calls `f` with the first match.
     fn find<T>(&self, name: &Path, mode: u32, f: impl FnOnce(Found<'_>) -> Result<T, Refused>) -> Result<T, Refused> {
         let chosen = self.chosen.borrow();
         let here = chosen.as_ref().unwrap_or(&self.working);
         let writes = mode & !TATU_FILE_READ != 0;
         let scene = self.scene.as_ref().filter(|_| !writes);
         let roots: Vec<&Folder> = std::iter::once(here).chain(scene).collect();
-        // These are found by their whole path only: a relative name has one meaning for all scripts.
+        // Files in these folders are found only by their full path, so that a relative name has the same meaning for
+        // all scripts.
         let of_scripts = if writes { Vec::new() } else { self.of_scripts.borrow().clone() };
         let of_scripts = || of_scripts.iter().filter(|(_, s)| name.extension() == Some(s)).map(|(f, _)| f.as_ref());
         let mut refused = None;
         for root in &roots {
-            // A chosen folder must contain all files that are opened in it. Without one, a link in one of the two
-            // folders may point into the other.
+            // If a folder was chosen, it must contain all files that are opened in it. Otherwise, a link in one of the
+            // two folders may point into the other.
             let among = if chosen.is_some() { std::slice::from_ref(root) } else { roots.as_slice() };
             let among: Vec<&Folder> = among.iter().copied().chain(of_scripts()).collect();
             match locate(&normal(&root.path.join(name)), &among, writes, mode & TATU_FILE_FOLDERS != 0) {
@@ -162,8 +163,8 @@ impl Folders {
     }
 }
 
-/// Finds a path in one of the folders. Returns `None` if it does not exist, or if its name alone shows that it is in
-/// none of them.
+/// Finds a path in one of the folders. Returns `None` if the path does not exist or does not begin with the path of a
+/// folder.
 fn locate<'a>(
     full: &Path,
     among: &[&'a Folder],
@@ -178,7 +179,7 @@ fn locate<'a>(
         // Opening a dangling link for writing would create its target.
         Err(_) if fs::symlink_metadata(full).is_ok_and(|m| m.file_type().is_symlink()) => {
             return Err(Refused::Forbidden(format!(
-                "`{}` is a dangling link, and is not followed; remove it, or name a file",
+                "`{}` is a dangling link, which is not followed; remove it, or open a different file",
                 full.display()
             )));
         }
@@ -199,13 +200,13 @@ fn locate<'a>(
     }
     let list: Vec<_> = among.iter().map(|f| f.path.display().to_string()).collect();
     Err(Refused::Forbidden(format!(
-        "`{}` is a link out of the folders that scripts may use: {}",
+        "`{}` links to a path outside the folders that scripts may use: {}",
         full.display(),
         list.join(", ")
     )))
 }
 
-/// Returns the canonical path of a file to be created; its folder exists or will be created.
+/// Returns the canonical path of a file to be created, or `None` if its folder neither exists nor will be created.
 fn not_yet(full: &Path, makes_folders: bool) -> Option<PathBuf> {
     let (above, last) = (full.parent()?, full.file_name()?);
     match fs::canonicalize(above) {
@@ -224,7 +225,8 @@ fn options(mode: u32) -> cap_std::fs::OpenOptions {
         options.write(true).create_new(has(TATU_FILE_NEW));
         options.create(!has(TATU_FILE_UPDATE)).truncate(!has(TATU_FILE_UPDATE) && !has(TATU_FILE_NEW));
     }
-    // Opening a pipe without a writer would block the run. In non-blocking mode it opens, and is refused afterwards.
+    // Opening a pipe without a writer would block the run. In non-blocking mode, the pipe can be opened, and is then
+    // refused.
     #[cfg(unix)]
     cap_std::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOCTTY);
     options
@@ -237,7 +239,7 @@ fn missing(name: &Path, folders: &[&Path]) -> Refused {
 }
 
 fn not_plain(path: &Path) -> Refused {
-    Refused::Forbidden(format!("`{}` is not a plain file; scripts open plain files only", path.display()))
+    Refused::Forbidden(format!("`{}` is not a regular file; scripts can open only regular files", path.display()))
 }
 
 fn system(path: &Path, e: &io::Error) -> Refused {

@@ -1,7 +1,7 @@
 //! The edits that a user made, and the state of the scene before each of them.
 //!
-//! An edit has a label, and an inverse: the whole scene as it was before the edit. Scenes share their meshes, so a
-//! state takes only a few hundred bytes per object.
+//! An edit consists of a label and the state of the whole scene before the edit. Scenes share their meshes, so a state
+//! takes only a few hundred bytes per object.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -14,12 +14,13 @@ use tatu_scene::{
 
 /// Maximum number of edits that can be undone.
 const MOST_EDITS: usize = 200;
-/// Maximum size of all states, bytes, as estimated by `Memento::bytes`. At least one edit is stored, whatever its size.
+/// Maximum total size of all states, bytes, as estimated by `Memento::bytes`. At least one edit is stored, regardless
+/// of its size.
 const MOST_BYTES: usize = 256 << 20;
 /// Estimated size of an object in a state, bytes: its slot, its transforms and its boxed data.
 const OBJECT_BYTES: usize = 1000;
 
-/// Represents the world itself among the uids of objects, which start at 1.
+/// The uid that represents the world itself; uids of objects start at 1.
 pub(crate) const WORLD: u64 = 0;
 
 /// A state of the scene to which a stop or an undo returns.
@@ -28,7 +29,7 @@ pub(crate) struct Memento {
     pub scene: Scene,
     /// Slots, kinds and parameters of the devices.
     pub devices: Vec<(u32, DeviceSpec)>,
-    /// The scripts of the scene, by slot, in calling order of equal ones.
+    /// The scripts of the scene, with their slots. Scripts of the same rank are in the order in which they are called.
     pub scripts: Vec<(u32, ScriptSpec)>,
     pub settings: Settings,
     /// See [`History::models`].
@@ -42,10 +43,10 @@ impl Memento {
     }
 }
 
-/// An edit that can be undone or redone, with the state that this restores.
+/// An edit that can be undone or redone, with the state that undoing or redoing it restores.
 struct Edit {
     label: String,
-    /// Consecutive edits with the same label and the same `merge` text are combined into one, unless it is empty.
+    /// Consecutive edits with the same label and the same `merge` key are combined into one, unless the key is empty.
     merge: String,
     /// The revision of `state`.
     revision: u64,
@@ -54,9 +55,9 @@ struct Edit {
 
 /// The state to which the scene is rolled back if an edit is discarded.
 enum Before {
-    /// No state: the simulation is running, and its stop reverts all changes.
+    /// No state, because the simulation is running, and its stop reverts all changes.
     InRun,
-    /// No state: the edit becomes part of the previous one.
+    /// No state, because the edit becomes part of the previous one.
     Joins,
     /// The state before the edit.
     State(Box<Memento>),
@@ -77,8 +78,9 @@ pub(crate) struct History {
     undo: VecDeque<Edit>,
     redo: Vec<Edit>,
     open: Option<Open>,
-    /// Identifies the present state among those of this history.
+    /// Identifies the present state among the states of this history.
     revision: u64,
+    /// The last revision that was assigned.
     last: u64,
     /// The revision that was saved last.
     saved: u64,
@@ -86,18 +88,18 @@ pub(crate) struct History {
     copied: u64,
     /// Whether a recovery copy made by this world exists.
     has_copy: bool,
-    /// Whether scripts were changed in the current run; their texts survive its stop.
+    /// Whether scripts were changed in the current run; a stop does not revert their sources.
     scripts_changed: bool,
-    /// Ids of the models that were added to the scene, by the uid of the base object.
+    /// Ids of the models that were added to the scene, by the uid of their base objects.
     pub models: BTreeMap<u64, String>,
-    /// Properties that runs changed and that a stop does not restore, by uid. Such changes are not edits, and are not
-    /// saved as edits.
+    /// Values of properties that runs changed and that a stop does not restore, by the uid of the object. Such changes
+    /// are not edits.
     pub run_made: BTreeMap<(u64, Row), Value>,
 }
 
 /// The outcome of ending an edit.
 pub(crate) enum Ended {
-    /// The edit is part of another one, which is still in progress.
+    /// The edit is nested in another one, which is still in progress.
     Inner,
     /// The edit was added to the history.
     Kept,
@@ -118,7 +120,7 @@ impl History {
         self.open.is_none() && !self.joins(label, merge)
     }
 
-    /// Begins an edit. `state` is the present state if the edit [needs](Self::needs_state) it, or `None` while the
+    /// Begins an edit. `state` is the present state if the edit [requires](Self::needs_state) it, or `None` while the
     /// simulation is running.
     pub fn begin(&mut self, label: &str, merge: &str, state: Option<Memento>) {
         if let Some(open) = &mut self.open {
@@ -132,8 +134,8 @@ impl History {
         self.open = Some(Open { label: label.to_owned(), merge: merge.to_owned(), before, depth: 1 });
     }
 
-    /// Returns whether an edit becomes part of the previous one. A saved state must remain reachable, so the edit that
-    /// follows it is separate.
+    /// Returns whether an edit becomes part of the previous one. The edit after a save is always separate, so that
+    /// undoing it restores the saved state.
     fn joins(&self, label: &str, merge: &str) -> bool {
         let joins = |last: &Edit| !merge.is_empty() && last.label == label && last.merge == merge;
         self.revision != self.saved && self.redo.is_empty() && self.undo.back().is_some_and(joins)
@@ -179,8 +181,8 @@ impl History {
         self.revision = self.last;
     }
 
-    /// Takes the last edit, or the last one undone if `redo` is set, and returns its label and the state to restore.
-    /// `present` captures the state that the opposite operation restores.
+    /// Moves the last edit from the undo list to the redo list, or back if `redo` is set, and returns its label and the
+    /// state to restore. `present` captures the state that the opposite operation restores.
     pub fn take(&mut self, redo: bool, present: impl FnOnce() -> Memento) -> Option<(String, Memento)> {
         let Edit { label, revision, state, .. } = if redo { self.redo.pop()? } else { self.undo.pop_back()? };
         let other = Edit { label: label.clone(), merge: String::new(), revision: self.revision, state: present() };
@@ -192,7 +194,7 @@ impl History {
         Some((label, state))
     }
 
-    /// Returns the labels of the edits that can be undone, or redone, the next one last.
+    /// Returns the labels of the edits that can be undone or, if `redo` is set, redone. The next edit is last.
     pub fn labels(&self, redo: bool) -> Vec<&str> {
         match redo {
             true => self.redo.iter().map(|e| e.label.as_str()).collect(),
@@ -212,11 +214,11 @@ impl History {
         std::mem::take(&mut self.scripts_changed)
     }
 
-    /// Returns a number that identifies the present state among those of this history.
+    /// Returns the revision of the present state, which identifies it among the states of this history.
     pub fn revision(&self) -> u64 {
         self.revision
     }
-    /// Returns whether the present state is not the saved one.
+    /// Returns whether the present state differs from the state that was saved last.
     pub fn is_unsaved(&self) -> bool {
         self.revision != self.saved
     }
@@ -224,7 +226,7 @@ impl History {
     pub fn note_saved(&mut self) {
         (self.saved, self.copied) = (self.revision, self.revision);
     }
-    /// Records that the initial state was recovered, and so differs from that of the file.
+    /// Records that the initial state was recovered, and therefore differs from that of the file.
     pub fn note_recovered(&mut self) {
         self.change();
         self.copied = self.revision;
@@ -233,7 +235,7 @@ impl History {
     pub fn wants_copy(&self) -> bool {
         self.revision != self.copied
     }
-    /// Records that a recovery copy of the present state was made or, if `there` is not set, that it no longer exists.
+    /// Records that a recovery copy of the present state was written or, if `there` is false, that it no longer exists.
     pub fn note_copied(&mut self, there: bool) {
         (self.copied, self.has_copy) = (self.revision, there);
     }

@@ -1,21 +1,21 @@
-//! The input log: everything that entered a world from outside while it ran.
+//! The input log: all external inputs of a world while it ran.
 //!
 //! A world is a function of its document and of this log. Each [`Record`] contains the barrier (step), and the position
 //! within it, at which an input happened; [`World::feed`](crate::World::feed) repeats it in a different world with the
 //! same document.
 //!
-//! The log contains the commands that services call, their requests, and inputs of the program, such as keys. It does
-//! not contain whether a call succeeded, since a replay has the same outcome. Changes that a service makes through
-//! tables other than `commands` and `session` are not recorded.
+//! The log contains the commands that services call, their requests, and inputs of the program, such as key presses. It
+//! does not contain the results of calls, since a replay reproduces them. Changes that a service makes through tables
+//! other than `commands` and `session` are not recorded.
 
 use std::sync::Arc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-/// The caller during a replay: not a service of a session.
+/// Service number of the caller in a replay, which differs from that of any service of a session.
 pub(crate) const REPLAY: u32 = u32::MAX;
 
-/// Names of requests, by `TATU_REQUEST_*`.
+/// Names of requests in the log, with the values of `TATU_REQUEST_*`.
 pub(crate) const REQUESTS: [(&str, u32); 4] = [
     ("stop", TATU_REQUEST_STOP),
     ("pause", TATU_REQUEST_PAUSE),
@@ -28,7 +28,7 @@ pub(crate) const REQUESTS: [(&str, u32); 4] = [
 pub enum Input {
     /// A command was called.
     Call {
-        /// The name by which it was called.
+        /// The name by which the command was called.
         name: String,
         /// The arguments before any conversion. Numeric arrays are stored as f64 or i64.
         args: Vec<Value>,
@@ -37,7 +37,7 @@ pub enum Input {
     },
     /// A change of phase was requested: `TATU_REQUEST_*`.
     Request(u32),
-    /// An input such as a key.
+    /// An input such as a key press.
     Event {
         /// Kind of input, such as "key".
         kind: String,
@@ -46,7 +46,7 @@ pub enum Input {
     },
     /// Scripts were called while the simulation was paused.
     Pass,
-    /// A plugin read something from outside during a step, such as data from a socket.
+    /// A plugin read data from outside the world during a step, for example from a socket.
     Observed {
         /// The kind of observation.
         kind: String,
@@ -60,13 +60,13 @@ pub enum Input {
 pub struct Record {
     /// Number of steps completed before the barrier at which it happened.
     pub step: u64,
-    /// Its position among the inputs at that barrier, from 0.
+    /// Index of the input among those at that barrier, from 0.
     pub at: u64,
     /// Id of the service from which the input came; empty if it came from the program itself.
     pub service: String,
     /// The client on whose behalf the service acted, as numbered by the service.
     pub client: u64,
-    /// What entered the world.
+    /// The input itself.
     pub input: Input,
 }
 
@@ -78,7 +78,7 @@ pub struct InputLog {
     next: (u64, u64),
     /// Whether records are discarded.
     off: bool,
-    /// Whether records from before the start belong to the log.
+    /// Whether records from before the start are part of the log.
     session: bool,
     sink: Option<Sink>,
 }
@@ -91,12 +91,12 @@ impl InputLog {
     pub fn records(&self) -> &[Record] {
         &self.records
     }
-    /// Sets whether records are stored, which is the default. A long run that is not replayed from memory need not
-    /// store them.
+    /// Sets whether records are stored in memory, which is the default. A long run that is not replayed from memory
+    /// does not need them.
     pub fn keep(&mut self, on: bool) {
         self.off = !on;
     }
-    /// Passes each record to `sink` before it takes effect, so that not even a crash loses it.
+    /// Passes each record to `sink` before it takes effect, so that it is not lost even if the program crashes.
     pub fn hand_to(&mut self, sink: impl FnMut(&Record) + 'static) {
         self.sink = Some(Box::new(sink));
     }
@@ -144,8 +144,8 @@ pub struct Replay {
     records: Arc<[Record]>,
     /// Index of the next input to repeat.
     next: usize,
-    /// Index from which to search for the next observation. Plugins request observations at the point where they were
-    /// made.
+    /// Index from which to search for the next observation. Plugins request an observation at the same point of the run
+    /// as when it was recorded.
     observed: usize,
     /// Index from which to search for the next result of a client function.
     functions: usize,
@@ -161,7 +161,7 @@ impl Replay {
     pub(crate) fn rewind(&mut self) {
         (self.next, self.observed, self.functions) = (self.run, self.run, self.run);
     }
-    /// Returns the next input before the one that starts the simulation. That one is skipped, and `None` is returned.
+    /// Returns the next input, or `None` if that is the input that starts the simulation, which is skipped.
     pub(crate) fn next_before_start(&mut self) -> Option<Record> {
         let record = self.records.get(self.next)?;
         self.next += 1;
@@ -193,7 +193,7 @@ impl Replay {
         let is = |r: &Record| r.step >= step && matches!(&r.input, Input::Observed { kind: k, .. } if k == kind);
         self.records.get(self.functions..)?.iter().position(is).map(|i| self.functions + i)
     }
-    /// Takes the result at an index.
+    /// Returns the result at an index. The next search for a result begins after it.
     pub(crate) fn take_function(&mut self, place: usize) -> Option<String> {
         self.functions = place + 1;
         match &self.records.get(place)?.input {

@@ -8,7 +8,8 @@ use super::{
     input_log::{Input, REPLAY, Record},
 };
 
-/// Records a command that a service is about to call. The command may wait only if its service accepts late results.
+/// Records a command that a service is about to call. The command is allowed to wait only if the service accepts late
+/// results.
 pub(crate) fn remote_call(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) {
     let caller = world.run.calls.caller.get();
     let can_wait = caller.service == REPLAY
@@ -61,14 +62,15 @@ pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
     world.run.outside.log.borrow_mut().push(step, String::new(), 0, Input::Event { kind, text });
 }
 
-/// Records what a plugin read from outside.
+/// Records data that a plugin read from outside the world.
 pub(crate) fn observe(world: &WorldCell, kind: &str, text: &str) {
     let (kind, text) = (kind.to_owned(), text.to_owned());
     let step = world.state.clock.step.get();
     world.run.outside.log.borrow_mut().push(step, String::new(), 0, Input::Observed { kind, text });
 }
 
-/// Returns what a plugin read at this point of the replayed run. The outer `None` means that this run is not a replay.
+/// Returns the data that a plugin read at this point of the replayed run, if there is any. The outer `None` means that
+/// this run is not a replay.
 pub(crate) fn observed(world: &WorldCell, kind: &str) -> Option<Option<String>> {
     let step = world.state.clock.step.get();
     let found = world.run.outside.replay.borrow_mut().as_mut().map(|r| r.next_observed(step, kind))?;

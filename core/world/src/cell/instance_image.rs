@@ -9,6 +9,6 @@ pub struct InstanceImage {
     pub saved: Vec<u8>,
     /// The version of the plugin that wrote both.
     pub version: u32,
-    /// Whether the state could not be captured; `saved` must then not be loaded.
+    /// Whether the state could not be captured, in which case `saved` must not be loaded.
     pub missed: bool,
 }

@@ -18,8 +18,8 @@ pub struct LogLine {
 }
 
 impl LogLine {
-    /// Returns the line as programs print it, such as `error[F205]: ...`, or `None` if it is for debugging or for the
-    /// window of a script.
+    /// Returns the line as programs print it, such as `error[F205]: ...`, or `None` if it is a debug message or is
+    /// meant for a console window of a script.
     pub fn shown(&self) -> Option<String> {
         match self.level {
             TATU_LOG_ERROR => {
@@ -47,13 +47,13 @@ impl Lines {
     pub(crate) fn take(&self) -> Vec<LogLine> {
         std::mem::take(&mut *self.hold())
     }
-    /// Takes all lines from another thread, when the world's thread may be stuck. Returns an empty list while that
-    /// thread holds the lock.
+    /// Takes all lines from another thread, because the world's thread may be stuck. Returns no lines if that thread
+    /// holds the lock.
     pub fn take_from_outside(&self) -> Vec<LogLine> {
         peek(&self.0).map(|mut lines| std::mem::take(&mut *lines)).unwrap_or_default()
     }
 }
 
-/// Maximum number of lines stored until they are taken: a script that prints in an endless loop must not exhaust
-/// memory.
+/// Maximum number of lines that are stored until they are taken. It limits memory if a script prints in an endless
+/// loop.
 pub(crate) const MAX_LINES: usize = 10_000;

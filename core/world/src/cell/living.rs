@@ -11,11 +11,12 @@ thread_local! {
     static LAST: Cell<*const tatu_world> = const { Cell::new(NONE) };
 }
 
-/// Its address denotes "no world". Unlike null, a plugin cannot pass it by accident, so one comparison suffices.
+/// The address of this value denotes "no world". Unlike null, a plugin cannot pass it by accident, so one comparison
+/// suffices.
 static NOBODY: u8 = 0;
 const NONE: *const tatu_world = (&raw const NOBODY).cast();
 
-/// Registers a world, once its address no longer changes.
+/// Registers a world. Its address must not change afterwards.
 pub(super) fn add(world: *const tatu_world) {
     LIVING.with_borrow_mut(|all| all.push(world));
 }
@@ -27,18 +28,18 @@ pub(super) fn remove(world: *const tatu_world) {
     let _ = LAST.try_with(|last| last.set(NONE));
 }
 
-/// Forgets the world found last, because the thread enters a worker.
+/// Clears the world found last, because the thread enters a worker.
 pub(super) fn forget() {
     LAST.set(NONE);
 }
 
-/// Returns whether this is the world that this thread found last.
+/// Returns whether `world` is the world that this thread found last.
 #[inline]
 pub(super) fn is_last(world: *const tatu_world) -> bool {
     LAST.get() == world
 }
 
-/// Returns whether `world` is the address of a world of this thread.
+/// Returns whether `world` is the address of a living world of this thread.
 #[cold]
 pub(super) fn has(world: *const tatu_world) -> bool {
     let found = LIVING.with_borrow(|all| all.contains(&world));

@@ -1,13 +1,14 @@
-//! The interior of a world: [`WorldCell`] and its parts. What a step does with them is in the layers above.
+//! The interior of a world: [`WorldCell`] and its parts. The modules `step`, `scripts` and `run` operate on them.
 //!
-//! - `world`: combines the next four; `model`: the description that the world was built from; `state`: the part that a
-//!   step changes; `devices`: plugin state of a world; `run`: the activity in a world, and its results;
-//! - `border`: state watched while plugins run; `cross`: calls into plugins; `scope`: which host functions a plugin may
-//!   call during which call; `living`: the worlds of each thread;
+//! - `world`: the cell, which consists of the next four; `model`: the description from which the world was built;
+//!   `state`: the part that a step changes; `devices`: plugin instances; `run`: the activity in a world, and its
+//!   results;
+//! - `border`: state that is monitored while plugins run; `cross`: calls into plugins; `scope`: the host functions that
+//!   are allowed during each plugin call; `living`: the worlds of each thread;
 //! - `clock`, `phase`: time, steps, and the phases of a run; `pool`: the thread pool;
 //! - `calls`: the call stack, with `arena`, `call_errors` and `results_room`; `waits`: commands that wait and resume;
 //!   `wakes`, `arrivals`: results of plugins' threads;
-//! - `scripts`: the scripts, with `script_kinds` and `script_order`; `script_counts`: counts of what each did;
+//! - `scripts`: the scripts, with `script_kinds` and `script_order`; `script_counts`: numbers of calls of each script;
 //! - `worker_view`, `script_worker`: a thread's view of the world while it runs scripts in parallel;
 //! - `folders`: the folders in which scripts open files;
 //! - `events`: published events; `lines`, `report`: log lines and faults;

@@ -1,4 +1,4 @@
-//! The description that a world was built from.
+//! The description from which a world was built.
 
 use std::{cell::RefCell, sync::Arc};
 
@@ -12,7 +12,7 @@ use super::{
     swap::Swap,
 };
 
-/// The description that a world was built from: the document, the registry of its kinds, the edits made since, and the
+/// The description from which a world was built: the document, the registry of its kinds, the edits made since, and the
 /// state that a stop restores.
 pub(crate) struct Model {
     pub registry: Swap<Registry>,
@@ -49,7 +49,7 @@ impl Model {
     pub fn seed_of(&self, key: &str) -> u64 {
         xxhash_rust::xxh3::xxh3_64_with_seed(key.as_bytes(), self.settings.borrow().seed)
     }
-    /// Returns the settings that concern the engine.
+    /// Returns the settings of the physics engine.
     pub fn engine_settings(settings: &Settings) -> EngineSettings {
         EngineSettings {
             gravity: settings.gravity,

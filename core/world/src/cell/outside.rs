@@ -1,4 +1,4 @@
-//! The world's connections to the outside.
+//! The world's connections to services and to the program.
 
 use std::{
     cell::{Cell, RefCell},
@@ -22,13 +22,13 @@ use super::{
 /// The world's side of its session: events for services, the input log, and the log being replayed.
 pub(crate) struct Outside {
     session: RefCell<Weak<SessionCell>>,
-    /// The handle by which the session knows the world.
+    /// The handle under which the session has registered the world.
     pub handle: Rc<WorldHandle>,
     /// Whether a user is present who can end a pause.
     pub interactive: Cell<bool>,
     /// The client on whose behalf the current service acts, as numbered by the service.
     pub client: Cell<u64>,
-    /// Options of scripts from outside the document, by slot.
+    /// Options of scripts that are not part of the document, by slot.
     pub options: RefCell<BTreeMap<u32, Value>>,
     /// Events for scripts.
     pub bus: Bus,
@@ -38,38 +38,39 @@ pub(crate) struct Outside {
     pub replay: RefCell<Option<Replay>>,
     /// States of services from a snapshot, until the services take them.
     pub saved_services: RefCell<Vec<(String, InstanceImage)>>,
-    /// Number of client functions running now, nested in each other.
+    /// Number of client functions that are currently running; they are nested in each other.
     pub functions: Cell<u32>,
-    /// Name of the caller whose call is being replayed.
+    /// Id of the service whose call is being replayed.
     pub replayed: RefCell<String>,
-    /// Inputs since the start, except the actions of services: kind and text.
+    /// Inputs since the start, except the actions of services, as pairs of kind and text.
     pub inputs: RefCell<Vec<(String, String)>>,
-    /// Time that clocks show, s since the start, if it is not simulation time.
+    /// Time that clocks show, s since the start; if `None`, clocks show simulation time.
     pub clock: Cell<Option<f64>>,
-    /// The date of the start, Unix time in s.
+    /// The time of the start, Unix time in s.
     pub epoch: Cell<i64>,
     /// Files that scripts or plugins have requested to read since the start.
     pub opened: RefCell<BTreeSet<String>>,
-    /// Loads a different scene when one is requested. `None`: the program runs only this one.
+    /// Loads a different scene when one is requested; if `None`, the program runs only this scene.
     pub scene_reader: RefCell<Option<SceneReader>>,
     /// The scene to load next, if one was requested.
     pub next_scene: RefCell<Option<NextScene>>,
 }
 
-/// Reads a scene file. An empty path means the current scene. Files among the given sources are not read from disk.
+/// Reads a scene file. An empty path stands for the current scene. Files that the given sources contain are not read
+/// from disk.
 pub(crate) type SceneReader = Rc<dyn Fn(&Path, Option<Sources>) -> Result<Arc<Document>, Error>>;
 
 /// The scene with which the program continues.
 pub struct NextScene {
-    /// Path of its file; empty: that of the current scene.
+    /// Path of its file, or empty for the current scene.
     pub file: PathBuf,
     /// The document of the scene.
     pub document: Arc<Document>,
-    /// Whether it starts at once, because a start was requested after it.
+    /// Whether it starts immediately, because a start was requested after the scene.
     pub starts: bool,
 }
 
-/// The start of runs whose clocks show simulation time: 2015-01-01 00:00:00 UTC.
+/// Default start time of a run, 2015-01-01 00:00:00 UTC, as Unix time in s.
 const EPOCH: i64 = 1_420_070_400;
 
 impl Default for Outside {
@@ -98,7 +99,7 @@ impl Default for Outside {
 }
 
 impl Outside {
-    /// Handles an input: sets the clock or the date if the input is one of these, and otherwise stores it for plugins.
+    /// Applies an input: "clock" and "epoch" set the clocks, and all other kinds are stored for plugins.
     pub fn take_in(&self, kind: &str, text: &str) {
         match kind {
             "clock" => self.clock.set(text.parse().ok()),
@@ -106,7 +107,7 @@ impl Outside {
             _ => self.inputs.borrow_mut().push((kind.to_owned(), text.to_owned())),
         }
     }
-    /// Joins a session, which knows the world as `world`.
+    /// Joins a session. `world` is the pointer under which services receive the world.
     pub fn join(&self, session: &Rc<SessionCell>, world: *mut tatu_world) {
         self.handle.set(world);
         *self.session.borrow_mut() = Rc::downgrade(session);
@@ -115,7 +116,7 @@ impl Outside {
     pub fn leave(&self) {
         *self.session.borrow_mut() = Weak::new();
     }
-    /// Returns the session, if the world is in one that is still alive.
+    /// Returns the world's session, if it is still alive.
     pub fn session(&self) -> Option<Rc<SessionCell>> {
         self.session.borrow().upgrade()
     }
@@ -136,8 +137,8 @@ impl Outside {
     pub fn tell(&self, name: &str, payload: Value) {
         self.publish(name, || payload);
     }
-    /// Publishes an event: to scripts at the next delivery, to services at the next barrier. `payload` is called only
-    /// if something subscribes to the event.
+    /// Publishes an event, which scripts receive at the next delivery and services at the next barrier. `payload` is
+    /// called only if the event has subscribers.
     pub fn publish(&self, name: &str, payload: impl FnOnce() -> Value) {
         let (scripts, services) = (self.bus.wants(name), self.services_want(name));
         if !scripts && !services {
@@ -165,7 +166,7 @@ impl Outside {
     pub fn has_events(&self) -> bool {
         !self.events.borrow().is_empty()
     }
-    /// Publishes the events for a fault that occurred for the first time.
+    /// Publishes the events that report the first occurrence of a fault.
     pub fn fault(&self, fault: &Fault) {
         let of = match fault.kind {
             FaultKind::Plugin => "plugin_failed",

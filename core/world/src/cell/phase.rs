@@ -11,7 +11,7 @@
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
-/// What a world is doing: `TATU_PHASE_*`.
+/// The phase of a run, with the values of `TATU_PHASE_*`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Phase {
     /// The world has not been started.
@@ -34,7 +34,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// Returns the phase that follows a pass in this one.
+    /// Returns the phase after a pass in this phase.
     pub(crate) fn after(self, stop: bool, pause: bool) -> Phase {
         match self {
             Phase::First | Phase::FirstAfterPause => Phase::Running,
@@ -62,7 +62,7 @@ impl Phase {
 mod tests {
     use super::*;
 
-    /// Returns the phases of the passes until `to`, with the requests pending throughout.
+    /// Returns the phases of the passes from `from` to `to`, with the requests pending throughout.
     fn passes(mut from: Phase, to: Phase, stop: bool, pause: bool) -> Vec<Phase> {
         let mut out = Vec::new();
         while from != to {

@@ -1,4 +1,4 @@
-//! The thread pool in which a world computes.
+//! The thread pool that a world uses.
 
 use std::{cell::RefCell, sync::Arc};
 
@@ -6,17 +6,17 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use tatu_errors::{Error, Result};
 
 thread_local! {
-    /// The pool that this thread belongs to, once it has been needed.
+    /// The pool to which this thread belongs, created at the first use.
     static OWN: RefCell<Option<Arc<ThreadPool>>> = const { RefCell::new(None) };
 }
 
-/// Returns a pool of `threads` threads for a world of the calling thread. That thread is one of them: it does its share
-/// of the work without a handover, and with warm caches.
+/// Returns a pool of `threads` threads for a world of the calling thread. The calling thread is one of them: it does
+/// its share of the work without being switched, and with warm caches.
 ///
-/// A world never computes in a pool of several threads that a different thread also uses: the engine blocks until its
-/// tasks in the pool are done, and two worlds blocking in one pool of two threads would deadlock. Single-threaded
-/// worlds of a thread never compute at the same time, so they share its pool. A thread can belong to only one pool for
-/// its lifetime; if it already belongs to a pool of a different size, a pool of other threads is created.
+/// Worlds of different threads never share a pool of several threads, because the engine blocks until its tasks in the
+/// pool are done: two worlds that block in one pool of two threads would deadlock. The worlds of one thread never
+/// compute at the same time, so they share its pool. A thread can belong to only one pool during its lifetime. If it
+/// already belongs to a pool of a different size, a new pool without the calling thread is created.
 pub(crate) fn of(threads: usize) -> Result<Arc<ThreadPool>> {
     let threads = threads.max(1);
     OWN.with_borrow_mut(|own| {

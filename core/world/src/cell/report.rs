@@ -1,4 +1,4 @@
-//! Reports of a world: log lines, faults, and the caller they concern.
+//! Reports of a world: log lines, faults, and the caller to which they refer.
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -37,7 +37,7 @@ impl WorldCell {
             f(&script);
         }
     }
-    /// Records a fault: the first is reported, equal ones are counted.
+    /// Records a fault. The first occurrence is reported; equal faults are only counted.
     pub fn report(&self, fault: Fault) {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Fault(Box::new(fault)));
@@ -78,7 +78,7 @@ impl WorldCell {
         if bytes > self.store_room() {
             if self.run.line_bytes.replace(u64::MAX) != u64::MAX {
                 let text = format!(
-                    "the lines of one step take more than {} MB, the memory that scripts may use: the rest is left out",
+                    "the log lines of one step exceed {} MB, the memory limit of scripts: the rest are omitted",
                     self.store_room() >> 20
                 );
                 lines.push(LogLine { level: TATU_LOG_WARNING, code: None, text });
@@ -91,7 +91,7 @@ impl WorldCell {
             MAX_LINES => lines.push(LogLine {
                 level: TATU_LOG_WARNING,
                 code: None,
-                text: format!("more than {MAX_LINES} lines in one step: the rest is left out"),
+                text: format!("more than {MAX_LINES} log lines in one step: the rest are omitted"),
             }),
             _ => {}
         }
@@ -114,7 +114,7 @@ impl WorldCell {
         };
         self.run.outside.publish("message", || payload([("level", Value::text(level)), ("text", Value::text(text))]));
     }
-    /// Publishes that an object was added or removed.
+    /// Publishes an event that reports that an object was added or removed.
     pub fn tell_object(&self, event: &str, scene: &Scene, slot: u32) {
         self.run.outside.publish(event, || {
             let kind = scene.get(slot).map_or("", |o| kind_name(o.kind()));
@@ -124,13 +124,13 @@ impl WorldCell {
     }
 }
 
-/// Describes the failure of a plugin's instance, which is switched off.
+/// Returns the fault for the failure of a plugin's instance, which is then switched off.
 pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status: tatu_status, text: &str) -> Fault {
     let id = &cell.model.registry.plugins[plugin].id;
     let path = cell.state.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
     let what =
         cell.state.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| kind_name(o.kind()))).unwrap_or("sensor");
-    // The host's own messages begin with a verb, so they need no "failed".
+    // Messages of the host begin with a verb, so "failed" is not added.
     let how = if status == TATU_ERR_PANIC || text.starts_with("broke the contract") { "" } else { "failed: " };
     let mut fault =
         Fault::new(FaultKind::Plugin, format!("plugin `{id}` {how}{text}; the {what} {path} is switched off"));

@@ -1,26 +1,27 @@
-//! Space for the results of a command: always the host's own memory, with guards on both sides. If a command writes out
-//! of bounds, it is blamed itself, and the memory next to its caller's array is not damaged.
+//! Space for the results of a command, in memory of the host, with guards on both sides. If a command writes out of
+//! bounds, this is detected, and the memory next to the caller's array is not damaged.
 
 use std::ptr::null_mut;
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::state_block::GUARD;
 
-/// Maximum number of results that a command has space for; fewer if its caller has less space.
+/// Maximum number of results for which there is guarded space. A command has less space if its caller provides less.
 const MOST: usize = 64;
-/// Number of guard values on each side; the rear ones suffice if a command assumes that the space is twice as large.
+/// Number of guard values before the results.
 const FRONT: usize = 2;
+/// Number of guard values after the results. They suffice if a command assumes that the space is twice as large.
 const BACK: usize = MOST + 8;
 
-/// The space for the results of one call. It is a `Vec` because its buffer stays in place when it is moved. No
-/// reference to the buffer exists while the command writes.
+/// The space for the results of one call. It is a `Vec` because the address of the buffer does not change when the
+/// `Vec` is moved. No reference to the buffer exists while the command writes.
 pub(crate) struct ResultsRoom(Vec<tatu_value>);
 
-/// The caller's array, which is set aside while the command writes to the host's.
+/// The caller's array, which is set aside while the command writes to the host's space.
 pub(crate) struct CallersRoom {
     results: *mut tatu_value,
     cap: u32,
-    /// The host's array, or null if the command writes to the caller's.
+    /// The host's space, or null if the command writes to the caller's array.
     own: *mut tatu_value,
 }
 
@@ -38,8 +39,8 @@ impl ResultsRoom {
 }
 
 impl CallersRoom {
-    /// Redirects the frame's results to `own`, with the capacity that the caller provides. If that is more than `MOST`,
-    /// the caller's array is used directly, without guards.
+    /// Redirects the frame's results to `own`, with the capacity that the caller provides. If the capacity exceeds
+    /// `MOST`, the caller's array is used directly, without guards.
     #[inline]
     pub fn put_aside(f: &mut tatu_call, own: *mut tatu_value) -> CallersRoom {
         let fits = f.results_cap as usize <= MOST;
@@ -74,7 +75,8 @@ impl CallersRoom {
             if n > 0 {
                 self.results.copy_from_nonoverlapping(self.own, n);
             }
-            // A later command may count a result without writing it, and then must not return a result of this command.
+            // A later command may count a result without writing it. It must not return a result of this command in
+            // that case.
             for i in 0..n {
                 self.own.add(i).write(GUARDS);
             }

@@ -13,11 +13,11 @@ impl WorldCell {
             room => room,
         }
     }
-    /// Refuses to store `what`, because it would exceed the limit.
+    /// Refuses to store `what` because the limit would be exceeded, and returns the status.
     pub fn no_room(&self, what: &str) -> tatu_status {
         let text = format!(
-            "{what} of the scene would take more than {} MB, the memory that its scripts may use: remove some, or raise \
-             `budget.memory_mb` of the scene",
+            "{what} of the scene would exceed {} MB, the memory limit of its scripts: remove some, or raise \
+             `budget.memory_mb` in the scene",
             self.store_room() >> 20
         );
         self.run.calls.refuse(TATU_ERR_SPACE, &text)

@@ -17,16 +17,16 @@ use super::{
 /// Scripts, calls of commands, services, log lines and faults.
 pub(crate) struct Run {
     pub scripts: RefCell<Scripts>,
-    /// The callbacks that at least one script has had; no script needs to be searched for the others.
+    /// The callbacks that any script of the world has defined so far. Scripts are not searched for other callbacks.
     pub callback_mask: CallbackMask,
     pub calls: Calls,
-    /// The running stages, outermost first, and who requested each.
+    /// The running stages, outermost first, each with the name of the caller that requested it.
     pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
     /// Services, the input log, and the log being replayed.
     pub outside: Outside,
     /// The folders in which scripts open files.
     pub folders: Folders,
-    /// Stand-ins for objects that scripts request, in runs without a scene.
+    /// Stand-ins for objects that scripts look up, in runs without a scene.
     pub stand_ins: StandIns,
     pub faults: RefCell<Vec<Fault>>,
     pub lines: Lines,
@@ -36,7 +36,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Creates the state of a run. `file` is the scene's file, whose folder scripts may read.
+    /// Creates the state of a run. `file` is the scene's file; scripts may read files in its folder.
     pub fn new(file: Option<&Path>, pool: Arc<rayon::ThreadPool>) -> Self {
         Run {
             scripts: RefCell::new(Scripts::default()),

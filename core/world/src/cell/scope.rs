@@ -1,9 +1,9 @@
-//! Checks which host functions a plugin may use during which call. Every host function that has a world as an argument
-//! performs these checks.
+//! Checks whether a plugin may use a host function during the current call. Every host function that has a world as an
+//! argument performs this check.
 //!
 //! A world belongs to the thread that created it. A pointer that is not the address of a living world of this thread is
-//! refused before it is dereferenced: a plugin either used it on a thread of its own, or retained it after the world
-//! had ended.
+//! refused before it is dereferenced: a plugin either used it on a different thread, or retained it after the world had
+//! ended.
 
 use std::{
     collections::BTreeSet,
@@ -22,9 +22,9 @@ use super::{WorldCell, living, script_worker};
 /// A function of the host.
 #[derive(Clone, Copy)]
 pub(crate) struct Function {
-    /// Its name in the header, for messages: "scene.pose".
+    /// Its name in the header, such as "scene.pose", for messages.
     pub name: &'static str,
-    /// Whether it changes the world, or lets others change it.
+    /// Whether it changes the world, or calls code that can change it.
     pub acts: bool,
 }
 
@@ -33,7 +33,7 @@ impl Function {
     pub const fn looks(name: &'static str) -> Self {
         Function { name, acts: false }
     }
-    /// Describes a function that changes the world, or lets others change it.
+    /// Describes a function that changes the world, or calls code that can change it.
     pub const fn acts(name: &'static str) -> Self {
         Function { name, acts: true }
     }
@@ -42,7 +42,7 @@ impl Function {
 /// The host functions that a call may use. Each level includes the previous ones.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Scope {
-    /// Functions that need no world.
+    /// Only functions that do not access a world.
     Nothing,
     /// Functions that change nothing.
     Look,
@@ -50,7 +50,7 @@ enum Scope {
     Act,
 }
 
-/// Scopes, indexed by call number in the watchdog's records.
+/// Scopes, indexed by the number of the call in the watchdog's records.
 static SCOPES: [Scope; Call::ALL.len()] = {
     let mut all = [Scope::Nothing; Call::ALL.len()];
     let mut i = 0;
@@ -65,8 +65,7 @@ const fn scope(call: Option<Call>) -> Scope {
     match call {
         // These calls run in parallel on any thread, in the middle of a stage.
         Some(Call::Aim | Call::Measure | Call::Finish | Call::Apply) | None => Scope::Nothing,
-        // A snapshot, a restore or a change of parameters must change nothing else; otherwise the run could not
-        // continue from it.
+        // Creating, saving, restoring or configuring an instance must not change the rest of the world.
         Some(
             Call::Create
             | Call::Destroy
@@ -86,7 +85,7 @@ const fn scope(call: Option<Call>) -> Scope {
     }
 }
 
-/// Registers a world, once its address no longer changes.
+/// Registers a world. Its address must not change afterwards.
 pub(crate) fn enlist(world: &WorldCell) {
     if let Ok(mut all) = STRANGERS.lock() {
         all.known.clear();
@@ -95,9 +94,9 @@ pub(crate) fn enlist(world: &WorldCell) {
 }
 
 impl WorldCell {
-    /// Returns the world behind an ABI pointer, whatever call is running, or `None` if no world of this thread has that
-    /// address. Only the log uses this directly. On a thread that runs scripts in parallel, the result is the thread's
-    /// own worker.
+    /// Returns the world behind an ABI pointer, regardless of the running call, or `None` if no world of this thread
+    /// has that address. Only the log uses this function directly. On a thread that runs scripts in parallel, the
+    /// result is the thread's own worker.
     #[inline]
     pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         let world = ptr.cast::<WorldCell>().cast_const();
@@ -117,8 +116,8 @@ impl WorldCell {
         }
     }
 
-    /// Like `at`, but for a host function: the running call must allow it. If it does not, records a message and
-    /// returns the status.
+    /// Like `at`, but for a host function, which the running call must allow. Otherwise, records a message and returns
+    /// the status as an error.
     #[inline]
     pub fn admit<'a>(world: WorldRef<'a>, function: Function) -> Result<&'a WorldCell, tatu_status> {
         let Some(cell) = Self::at(world.ptr()) else { return Err(refuse_stranger(world.ptr(), function.name)) };
@@ -141,7 +140,7 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
     };
     let text = format!("`{name}` was called in `{}`, and is refused: it {why}", call.text());
     if let Some(plugin) = world.model.registry.plugins.get(world.border.watch.plugin()) {
-        // Callers easily ignore a status, so the plugin that broke the rule is reported too.
+        // Plugins often ignore a status, so the breach is reported as a fault as well.
         let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{}` broke the contract: {text}", plugin.id));
         fault.plugin = Some(plugin.id.clone());
         fault.object = world.border.watch.name_of(world.border.watch.slot());
@@ -150,8 +149,8 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
     world.run.calls.refuse(TATU_ERR_BUSY, &text)
 }
 
-/// Breaches of the contract that belong to no world. Each is stored once, and the first world to check takes them as
-/// faults of its run.
+/// Breaches of the contract that cannot be assigned to a world. Each is stored once, and the first world that checks
+/// reports them as faults of its run.
 static STRANGERS: Mutex<Strangers> = Mutex::new(Strangers { known: BTreeSet::new(), pending: Vec::new() });
 static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
 /// Maximum number of breaches that are stored.
@@ -179,7 +178,9 @@ pub fn breach(text: String) {
 fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
     let who = caller::library().map_or("a plugin".to_owned(), |file| format!("the plugin {file}"));
     let text = match ptr.is_null() {
-        true => format!("{who} broke the contract: `{name}` was called with null for its world, and is refused"),
+        true => {
+            format!("{who} broke the contract: `{name}` was called with a null pointer as the world, and is refused")
+        }
         false => format!(
             "{who} broke the contract: `{name}` was called for a world that does not exist, or from a thread that is \
              not the world's, and is refused: threads of a plugin may call only log.write and \
@@ -191,7 +192,7 @@ fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
 }
 
 impl WorldCell {
-    /// Reports breaches that belong to no world as faults of this run.
+    /// Reports breaches that cannot be assigned to a world as faults of this run.
     pub fn take_strangers(&self) {
         if ANY_STRANGER.swap(false, Relaxed)
             && let Ok(mut all) = STRANGERS.lock()

@@ -1,4 +1,4 @@
-//! Counts of what scripts did, for the summary of a run.
+//! Counts the calls of scripts, for the summary of a run.
 
 use std::{cell::RefCell, collections::BTreeMap};
 
@@ -7,7 +7,7 @@ use std::{cell::RefCell, collections::BTreeMap};
 pub struct ScriptSummary {
     /// Path of the object that the script belongs to.
     pub object: String,
-    /// "child", "customization", "main", ...
+    /// Kind of the script, such as "child", "customization" or "main".
     pub kind: String,
     /// The dialect chosen for the script; empty if it could not be loaded.
     pub dialect: String,
@@ -20,7 +20,7 @@ pub struct ScriptSummary {
 /// Numbers of calls of a script, by callback.
 #[derive(Debug, Default)]
 pub(crate) struct CallCounts {
-    /// Counts by callback, searched linearly: there are few, and the frequent ones come first.
+    /// Counts by callback. They are searched linearly, because there are few of them and the frequent ones are first.
     counts: RefCell<Vec<Count>>,
     pub dialect: RefCell<String>,
 }
@@ -34,7 +34,7 @@ struct Count {
 }
 
 impl CallCounts {
-    /// Records the language's id of a callback.
+    /// Records the id that the language has assigned to a callback.
     pub fn name(&self, id: u32, name: &[u8]) {
         let mut counts = self.counts.borrow_mut();
         if id == 0 || counts.iter().any(|c| c.id == id) {
@@ -46,7 +46,7 @@ impl CallCounts {
             None => counts.push(Count { id, calls: 0, name: name.into_owned() }),
         }
     }
-    /// Counts a call of a callback.
+    /// Counts a call of the callback with this id.
     pub fn count(&self, id: u32) {
         if let Some(count) = self.counts.borrow_mut().iter_mut().find(|c| c.id == id) {
             count.calls += 1;
@@ -71,7 +71,7 @@ impl CallCounts {
             }
         }
     }
-    /// Forgets all ids: the next instance assigns its own.
+    /// Clears all ids, because the next instance assigns new ones.
     pub fn renumber(&self) {
         self.counts.borrow_mut().iter_mut().for_each(|c| c.id = 0);
     }

@@ -1,4 +1,4 @@
-//! Kinds of scripts, and the callbacks that the host calls by name.
+//! The kinds of scripts, and the callbacks that the host calls by name.
 
 use std::cell::Cell;
 use tatu_plugin_api::abi::*;
@@ -6,33 +6,33 @@ use tatu_plugin_api::abi::*;
 /// The kind of a script, which determines the lifetime of its state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
-    /// Runs the stages of a pass itself; lives from start to stop.
+    /// Requests the stages of a pass itself; its state exists from start to stop.
     Main,
-    /// Lives from start to stop.
+    /// Its state exists from start to stop.
     Child,
-    /// Lives as long as the world.
+    /// Its state exists as long as the world.
     Customization,
-    /// Belongs to no object of the scene; lives as long as the world.
+    /// Belongs to no object of the scene; its state exists as long as the world.
     Addon,
     /// Like an add-on, but called after all others.
     Sandbox,
 }
 
 impl Kind {
-    /// Returns the kind with a name, as used in documents and in the ABI.
+    /// Returns the kind with this name, as used in documents and in the ABI.
     pub fn parse(name: &str) -> Option<Self> {
         use Kind::*;
         let at = tatu_scene::document::SCRIPT_KINDS.iter().chain(OUTSIDE_KINDS).position(|k| *k == name)?;
-        // A threaded script is a child script in all other respects; its language receives the name.
+        // "threaded" is a child script as well; only its language distinguishes them, by the name.
         Some([Child, Customization, Main, Child, Addon, Sandbox][at])
     }
-    /// Returns whether its state lives only from start to stop.
+    /// Returns whether the state of such a script exists only from start to stop.
     pub fn of_run(self) -> bool {
         matches!(self, Kind::Main | Kind::Child)
     }
 }
 
-/// Kinds of scripts that come from outside a document: see [`World::attach`](crate::run::World::attach).
+/// Kinds of scripts that are not part of a document: see [`World::attach`](crate::run::World::attach).
 pub const OUTSIDE_KINDS: &[&str] = &["addon", "sandbox"];
 
 macro_rules! callbacks {
@@ -41,8 +41,8 @@ macro_rules! callbacks {
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub(crate) enum Callback { $(#[doc = $when] $name),* }
 
-        /// The names of the callbacks in the ABI, in the order of [`Callback`]. `init` is not among them: it is called
-        /// before any other one is looked up.
+        /// The names of the callbacks in the ABI, in the order of [`Callback`]. `init` is not among them, because it is
+        /// called before the others are looked up.
         pub(crate) const CALLBACKS: &[&str] = &[$($text),*];
     };
 }
@@ -58,7 +58,7 @@ callbacks! {
     Suspend "suspend", "Once, when a pause begins.";
     Suspended "suspended", "In each pass of a pause.";
     Resume "resume", "Once, before time continues after a pause.";
-    Run "run", "For scripts from outside: at the end of each pass, whether the world runs or not.";
+    Run "run", "For scripts that are not part of the document: at the end of each pass, whether the world runs or not.";
     BeforeStep "beforeStep", "In each pass, before its stages.";
     Dyn "dyn", "Before and after each physics step.";
     Joint "joint", "In each physics step, for joints whose control is a callback.";
@@ -66,7 +66,8 @@ callbacks! {
     Measured "measured", "After the sensor that the script belongs to has been measured in the sensing stage.";
 }
 
-/// The callbacks and kinds that any script of a world has had: a quick check that saves a search of all scripts.
+/// The callbacks and kinds of all scripts that a world has had. Checking this mask often avoids a search of all
+/// scripts.
 #[derive(Default)]
 pub(crate) struct CallbackMask(Cell<u32>);
 
@@ -97,7 +98,7 @@ impl CallbackMask {
 
 const _: () = assert!(CALLBACKS.len() <= 30);
 
-/// The language's ids of a script's callbacks, indexed by [`Callback`]; 0 if it is not defined.
+/// The language's ids of a script's callbacks, indexed by [`Callback`]; 0 if the script does not define the callback.
 pub(crate) type CallbackIds = [u32; CALLBACKS.len()];
 
 /// The order in which scripts are called: see `script_order`.
@@ -113,7 +114,7 @@ pub(crate) enum Order {
 }
 
 impl Order {
-    /// Returns the order that a number in the ABI denotes.
+    /// Returns the order that a value of `TATU_ORDER_*` denotes.
     pub fn of(number: u32) -> Option<Self> {
         match number {
             TATU_ORDER_PARENTS_FIRST => Some(Order::ParentsFirst),

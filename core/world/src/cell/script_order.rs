@@ -1,14 +1,12 @@
 //! The order in which scripts are called.
 //!
-//! | order | rule |
-//! |---|---|
-//! | parents first | down each tree, siblings by their scripts' priority; then customization scripts |
-//! | by kind and tree | threaded child scripts, child scripts, customization scripts; in each kind up each tree,
-//! siblings by priority |
-//! | deepest first | child scripts, then customization scripts; in each kind by depth over the whole scene, the deepest
-//! first, equal depth in the order of the hierarchy, priority only among those of one object |
+//! - Parents first: threaded child scripts, child scripts, then customization scripts; within a kind, down each tree,
+//!   siblings by the priority of their scripts.
+//! - By kind: the same kinds, but up each tree.
+//! - Deepest first: child scripts, then customization scripts; within a kind, by depth in the whole scene, and at equal
+//!   depth in the order of the hierarchy. The priority orders only the scripts of one object.
 //!
-//! Add-ons and the sandbox come last. The languages of the scripts determine the order of a world.
+//! Add-ons and the sandbox are called last. The languages of the scripts determine the order of a world.
 
 use std::{collections::BTreeMap, rc::Rc};
 
@@ -19,7 +17,7 @@ use super::{
     scripts::Script,
 };
 
-/// Position of a script among others of its class; earlier ones compare less.
+/// Position of an object among others; scripts of objects with smaller positions are called first.
 type Place = (usize, usize);
 
 /// Sorts scripts into their order of calling.
@@ -81,7 +79,7 @@ fn by_tree(
         slots
     };
     let mut places = BTreeMap::new();
-    // Stack of objects to visit, the next one last; `true`: the children of the object have been visited.
+    // Stack of objects to visit, the next one last. The flag is set if the children of the object have been visited.
     let mut open: Vec<(u32, bool)> = sorted(scene.roots()).into_iter().rev().map(|s| (s, false)).collect();
     while let Some((slot, below_done)) = open.pop() {
         if parents_first != below_done {

@@ -1,10 +1,10 @@
 //! A thread's view of a world while it runs scripts in parallel with other threads (see `scripts::parallel_scripts`).
 //!
-//! Parallel scripts do not touch the world. Their thread is in a *worker*: a cell with its own call stack, errors and
-//! lines, which services use in place of the world. It reads the world through shared references, in the state it had
-//! when the stage began. Values that the scripts set, lines that they log and their errors are recorded as
-//! [`DeferredEffect`]s, which are applied to the world in script order after all scripts have run, so the result does
-//! not depend on the number of workers. Any other change of the world is refused.
+//! Parallel scripts do not modify the world. Their thread is in a *worker*: a cell with a separate call stack, errors
+//! and lines, which host functions use in place of the world. The worker reads the world through shared references, in
+//! its state at the beginning of the stage. Values that the scripts set, lines that they log and their errors are
+//! recorded as [`DeferredEffect`]s, which are applied to the world in script order after all scripts have run, so the
+//! result does not depend on the number of workers. Any other change of the world is refused.
 
 use std::{
     cell::{Cell, RefCell},
@@ -42,8 +42,8 @@ impl ScriptWorker {
         cell.border.watch = world.border.watch.beside(&world.model.registry.watches);
         cell.worker = Some(Box::new(WorkerView::new()));
         let cell = Box::new(cell);
-        // Parts of the cell that workers do not read from the world stay borrowed for ever, so that services which try
-        // to use them are refused.
+        // Parts of the cell that workers read from the world instead remain borrowed forever, so that host functions
+        // that try to use the cell's own parts are refused.
         std::mem::forget((
             cell.state.scene.borrow_mut(),
             cell.state.dynamics.borrow_mut(),
@@ -94,8 +94,8 @@ impl ScriptWorker {
         Some(f(&self.0, worker))
     }
 
-    /// Takes the effects of the worker's chunks, and passes on which plugins were called and whether the floating-point
-    /// mode is suspect.
+    /// Returns the effects of the worker's scripts and the chunks to which they belong. Passes on to the world which
+    /// plugins were called and whether the floating-point mode is suspicious.
     pub fn end(&self, world: &WorldCell) -> (Vec<DeferredEffect>, Vec<(usize, usize)>) {
         world.border.called.set(world.border.called.get() | self.0.border.called.take());
         if self.0.border.suspicious.get() {
@@ -128,8 +128,8 @@ impl WorldCell {
         }
     }
 
-    /// In a worker, sets a number of a joint's drive, to be applied after all scripts of the stage have run. Returns
-    /// the reason as an error if it is refused.
+    /// In a worker, records a new value for a property of a joint's drive, which is applied after all scripts of the
+    /// stage have run. If it is refused, returns the reason as an error.
     pub fn set_later(&self, slot: u32, row: Row, x: f64) -> Result<(), String> {
         let joint = self.see(|w| &w.state.scene).filter(|s| s.is_joint(slot)).map(|s| s.id(slot));
         match (&self.worker, joint.filter(|_| is_drive(row))) {
@@ -139,7 +139,10 @@ impl WorldCell {
                 worker.set(joint, row, if row == Row::Slip { x.max(0.0) } else { x });
                 Ok(())
             }
-            _ => Err(format!("scripts that run side by side with others cannot set `{}`", row.info().key)),
+            _ => Err(format!(
+                "scripts that run in parallel with others (`side_by_side`) cannot set `{}`",
+                row.info().key
+            )),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The scripts of a world, and the state the host keeps for each.
+//! The scripts of a world, and the state that the host stores for each of them.
 
 use std::{cell::Cell, ffi::c_void, rc::Rc};
 
@@ -11,45 +11,46 @@ use super::{
     script_kinds::{CALLBACKS, Callback, CallbackIds, Kind, Order},
 };
 
-/// A script. The state of main and child scripts exists from start to stop, that of others as long as the world.
+/// A script. The state of main and child scripts exists from start to stop, and that of other scripts as long as the
+/// world.
 pub(crate) struct Script {
     pub slot: u32,
     pub language: usize,
     pub kind: Kind,
-    /// The kind as text.
+    /// Name of the kind, as in documents.
     pub kind_name: String,
-    /// Order among scripts of one object, or of siblings: 0 first, 1, 2 last.
+    /// Rank among the scripts of an object or of siblings, from 0, which is called first, to 2.
     pub priority: u8,
     /// Whether the scene allows it to run in parallel with others.
     pub side_by_side: bool,
-    /// Its file if it has one, for messages.
+    /// Name for messages: its file, if it has one.
     pub name: String,
     pub text: Rc<[u8]>,
     pub wanted_dialect: String,
     /// Instance id, or 0 if there is no instance.
     pub id: Cell<u64>,
     pub data: Cell<*mut c_void>,
-    /// The chosen dialect; the text is owned by the instance.
+    /// The chosen dialect. The string is owned by the instance.
     pub dialect: Cell<tatu_str>,
-    /// `TATU_SCRIPT_*`, from its language.
+    /// The `TATU_SCRIPT_*` flags that its language reported.
     pub traits: Cell<u32>,
-    /// Whether it runs as a separate thread.
+    /// Whether it is a threaded script, as reported by its language.
     pub threaded: Cell<bool>,
     pub initialised: Cell<bool>,
-    /// Whether it was added while the world ran; until it has begun, it comes after all others.
+    /// Whether it was added while the world was running. Such a script is called after all others until it has begun.
     pub late: Cell<bool>,
-    /// Whether its clean-up has been called.
+    /// Whether its `cleanup` callback has been called.
     pub cleaned: Cell<bool>,
-    /// Whether it ended itself.
+    /// Whether it requested its own end.
     pub ended: Cell<bool>,
     /// Whether it is no longer called: its source could not be loaded, it exceeded its budget, or it failed and is
     /// silenced.
     pub dead: Cell<bool>,
-    /// The turns of actuation and of sensing in which it was last called.
+    /// The numbers of the actuation and sensing turns in which it was last called.
     pub called_in: [Cell<u64>; 2],
-    /// Number of calls into it that are running.
+    /// Number of running calls into the script.
     pub depth: Cell<u32>,
-    /// Its request, carried out when no call into it is running.
+    /// The request of the script, which is carried out when no call into the script is running.
     pub asked: Cell<ExitRequest>,
     pub callbacks: Cell<CallbackIds>,
     pub calls: Cell<u64>,
@@ -62,15 +63,16 @@ pub(crate) struct Script {
 pub(crate) struct Scripts {
     /// All scripts, in the order in which they were added.
     pub list: Vec<Rc<Script>>,
-    /// All scripts in calling order, for the tree version `sorted_at`; 0 if it must be rebuilt.
+    /// All scripts in calling order, as of the version `sorted_at` of the tree.
     pub sorted: Rc<[Rc<Script>]>,
+    /// Version of the tree for which `sorted` is valid, or 0 if `sorted` must be rebuilt.
     pub sorted_at: u64,
-    /// How often the stages of actuation and of sensing have begun.
+    /// Number of times that the actuation and sensing stages have begun.
     pub turns: [Cell<u64>; 2],
     pub order: Order,
 }
 
-/// A request of a script to end, weakest first.
+/// A request that ends a script, from the weakest to the strongest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum ExitRequest {
     Nothing,
@@ -92,7 +94,7 @@ impl Scripts {
 }
 
 impl Script {
-    /// Creates a script that has not begun. `dialect` is the default for scripts that name none.
+    /// Creates a script that has not begun. `dialect` is the default for scripts whose specification has no dialect.
     pub fn new(slot: u32, kind: Kind, spec: &ScriptSpec, dialect: String) -> Self {
         Script {
             slot,
@@ -103,7 +105,8 @@ impl Script {
             side_by_side: spec.side_by_side,
             name: spec.name.clone(),
             text: spec.text.clone().into(),
-            // Scripts from outside were not written for this scene, so its default does not apply to them.
+            // Scripts that are not part of the document were not written for this scene, so its default does not apply
+            // to them.
             wanted_dialect: if spec.dialect.is_empty() && kind < Kind::Addon { dialect } else { spec.dialect.clone() },
             id: Cell::new(0),
             data: Cell::new(std::ptr::null_mut()),

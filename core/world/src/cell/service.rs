@@ -1,4 +1,4 @@
-//! A running service: its start, its end, and its capabilities.
+//! A running service: its start, its end and its capabilities.
 
 use std::{
     cell::{Cell, RefCell},
@@ -23,16 +23,16 @@ use tatu_scene::document::ServiceSpec;
 pub(crate) struct Running {
     /// Index of its kind in the registry.
     pub kind: usize,
-    /// Its number in the session, from 1.
+    /// Its number in the session, counted from 1.
     pub number: u32,
     pub data: *mut c_void,
     /// Its state block.
     pub state: RefCell<StateBlock>,
-    /// Its name in messages.
+    /// Description in messages: "the service `ID`".
     pub subject: String,
-    /// Whether it failed; it is then no longer called and holds nothing.
+    /// Whether it has failed and is no longer called. Such a service cannot hold the session.
     pub off: Cell<bool>,
-    /// Whether it has been reported that the service holds the session for a long time.
+    /// Whether it has been reported that the service has held the session for a long time.
     pub hold_told: Cell<bool>,
 }
 
@@ -94,7 +94,7 @@ impl Running {
         Ok(Running { kind: spec.kind, number, data, state: state.into(), subject, off, hold_told })
     }
 
-    /// Ends the service; its threads have been joined when this returns.
+    /// Ends the service. Its threads have ended when this function returns.
     pub fn stop(&self, registry: &Registry) -> Result {
         let kind = self.info(registry);
         let Some(stop) = kind.life.destroy else { return Ok(()) };
@@ -109,7 +109,7 @@ impl Running {
         &registry.services[self.kind]
     }
 
-    /// Returns the service's name in messages, with its plugin.
+    /// Returns a description of the service for messages, with its plugin.
     pub fn name(&self, registry: &Registry) -> String {
         format!("{} (plugin `{}`)", self.subject, registry.plugins[self.info(registry).plugin].id)
     }
@@ -119,7 +119,7 @@ impl Running {
         !self.off.get() && self.info(registry).raw.resume.is_some()
     }
 
-    /// Returns whether the service offers functions of its clients to commands.
+    /// Returns whether the service can pass functions of its clients to commands.
     pub fn gives_functions(&self, registry: &Registry) -> bool {
         !self.off.get() && self.info(registry).raw.call_func.is_some()
     }

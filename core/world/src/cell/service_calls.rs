@@ -1,4 +1,4 @@
-//! Calls into the functions of a service.
+//! Calls the functions of a service.
 
 use std::ffi::c_void;
 
@@ -45,7 +45,7 @@ impl Running {
         status
     }
 
-    /// Runs a call into the service; call depth, caller and arena are restored afterwards.
+    /// Runs a call into the service, and restores the call depth, the caller and the arena afterwards.
     fn enter<T>(&self, world: &WorldCell, call: Call, f: impl FnOnce(&tatu_service, *mut c_void) -> T) -> Option<T> {
         if self.off.get() {
             return None;
@@ -68,7 +68,7 @@ impl Running {
     }
 
     /// Runs a call with an error object. A failed call is reported and switches the service off. Returns `None` if the
-    /// service is switched off already, or the limit of nested calls is reached.
+    /// call failed, the service was switched off already, or the limit of nested calls was reached.
     fn ask(
         &self,
         world: &WorldCell,
@@ -90,7 +90,7 @@ impl Running {
         None
     }
 
-    /// Calls the service at the barrier; returns whether it holds the world.
+    /// Calls the service at the barrier, and returns whether it holds the world.
     pub fn barrier(&self, world: &WorldCell) -> bool {
         let step = world.state.clock.step.get();
         let answer = self.ask(world, Call::Barrier, |raw, data, error| {
@@ -101,7 +101,8 @@ impl Running {
         answer == Some(TATU_HOLD)
     }
 
-    /// Notifies the service that the world is about to end; it sees the world for the last time.
+    /// Notifies the service that the world is about to end. It is the last call in which the service can access the
+    /// world.
     pub fn last(&self, world: &WorldCell) {
         self.ask(world, Call::Last, |raw, data, error| {
             // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
@@ -124,7 +125,7 @@ impl Running {
         });
     }
 
-    /// Passes on the result of a command that waited.
+    /// Passes the result of a command that waited to the service.
     pub fn resume(&self, world: &WorldCell, token: u64, status: tatu_status, frame: &tatu_call) {
         self.ask(world, Call::ServiceResume, |service, data, error| {
             // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.

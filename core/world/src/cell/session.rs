@@ -15,10 +15,10 @@ use tatu_plugins::Registry;
 
 use super::{service::Running, wake::Wake};
 
-/// The pointer by which plugins know a world; dropped with the world.
+/// The pointer under which plugins receive a world. It is dropped with the world.
 pub(crate) type WorldHandle = Cell<*mut tatu_world>;
 
-/// The interior of a session, at a stable address: plugins hold it as `tatu_session *`.
+/// The interior of a session, at a stable address. Plugins receive a pointer to it, as `tatu_session *`.
 pub(crate) struct SessionCell {
     pub wake: Wake,
     pub registry: Arc<Registry>,
@@ -33,7 +33,7 @@ impl SessionCell {
     pub fn raw(&self) -> *mut tatu_session {
         (&raw const *self).cast_mut().cast()
     }
-    /// Wakes a session that sleeps at its barrier; may be called from any thread.
+    /// Wakes a session that sleeps at its barrier. Can be called from any thread.
     ///
     /// # Safety
     /// `session` must be null or point to a session of this host that is alive.
@@ -68,11 +68,11 @@ impl SessionCell {
         let services = std::mem::take(&mut *self.services.borrow_mut());
         services.iter().rev().filter_map(|s| s.stop(&self.registry).err()).collect()
     }
-    /// Returns whether any service is still working.
+    /// Returns whether any service has not been switched off.
     pub fn any_service(&self) -> bool {
         self.services.borrow().iter().any(|s| !s.off.get())
     }
-    /// Returns whether a working service subscribes to an event.
+    /// Returns whether a service that has not been switched off subscribes to an event.
     pub fn wants(&self, name: &str) -> bool {
         let Ok(services) = self.services.try_borrow() else { return false };
         services.iter().any(|s| !s.off.get() && s.wants(&self.registry, name))

@@ -1,5 +1,5 @@
-//! Creates a stand-in when a script looks up an object that does not exist, and turns it into the kind that its use
-//! implies.
+//! Creates a stand-in when a script looks up an object that does not exist, and changes its kind to the one that its
+//! use implies.
 
 use tatu_plugin_api::abi::*;
 use tatu_scene::{
@@ -79,7 +79,7 @@ pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<t
     None
 }
 
-/// Creates the object that one part of a path names, with as many siblings before it as its index requires.
+/// Creates the object that one part of a path refers to, with as many siblings before it as its index requires.
 fn make_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Option<u32> {
     let alias = part.split(['[', '{']).next()?.replace(['*', '?'], "x");
     for _ in 0..64 {
@@ -112,13 +112,14 @@ pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> boo
         }
         Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
         Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
-        // Devices are created with the next document.
+        // Sensors and actuators can be created only with the next document.
         _ => return false,
     };
     scene.change_kind(slot, data)
 }
 
-/// Records that a property of a different kind of object was accessed. Returns whether the object now has that kind.
+/// Records that a property was accessed that only a different kind of object has. Returns whether the object now has
+/// that kind.
 pub(crate) fn becomes_by_row(world: &WorldCell, object: tatu_object, row: Row) -> bool {
     match row.info().of {
         Of::Kind(kind) if world.run.stand_ins.is_on() => becomes(world, object, kind_name(kind)),

@@ -1,9 +1,10 @@
 //! Stand-ins: objects created because scripts look them up, in a run without a scene.
 //!
-//! They are off unless [`World::make_stand_ins`](crate::run::World::make_stand_ins) was called. If it was, an object
-//! that a script looks up and that does not exist is created as a dummy. A dummy that is used as a different kind
-//! becomes that kind if the host can change it in a live world. The list of stand-ins keeps its order, so that the next
-//! run's document can contain them from the start: a sensor, for example, must exist when the world is created.
+//! They are created only if [`World::make_stand_ins`](crate::run::World::make_stand_ins) was called. If a script then
+//! looks up an object that does not exist, the object is created as a dummy. A dummy that is used as a different kind
+//! becomes an object of that kind, if the host can change it in a live world. From the list of stand-ins, the caller
+//! can build a document that contains them from the start, because some objects, such as sensors, must exist when the
+//! world is created.
 
 use std::{
     cell::{Cell, RefCell},
@@ -14,7 +15,7 @@ use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Data, Scene};
 
-/// Kind of an object whose use has not shown its actual kind.
+/// Kind of a stand-in whose use has not implied a different kind yet.
 const UNKNOWN: &str = "dummy";
 /// Maximum number of objects that are created.
 const MOST: usize = 2000;
@@ -26,11 +27,12 @@ pub struct StandIn {
     pub parent: Option<usize>,
     /// Alias of the object.
     pub alias: String,
-    /// The number after `#` in its unique name, or -1 if it has none.
+    /// The number after `#` in the object's unique name, or -1 if there is none.
     pub suffix: i32,
-    /// A kind of object ("joint"), or a schema if it was read as a sensor ("pose/1"). "dummy" if it is unknown.
+    /// The kind of object, such as "joint", or the schema if the object was read as a sensor, such as "pose/1"; "dummy"
+    /// if it is unknown.
     pub kind: String,
-    /// Whether a script attached to it was requested.
+    /// Whether a script of this object was requested.
     pub script: bool,
 }
 
@@ -41,13 +43,13 @@ impl StandIn {
     }
 }
 
-/// Something that a script requested although it may do without, such as a parent or a child by number. It should be
+/// An object that a script requested but can possibly do without, such as a parent, or a child by index. It should be
 /// created only if the script cannot continue without it: see [`World::wishes`](crate::run::World::wishes).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
     /// The parent of a stand-in.
     Parent,
-    /// A child of a kind, or of any kind if it is empty.
+    /// A child of this kind, or of any kind if the string is empty.
     Child(String),
     /// A script attached to a stand-in.
     Script,
@@ -59,7 +61,7 @@ pub(crate) struct StandIns {
     on: Cell<bool>,
     list: RefCell<Vec<(tatu_object, StandIn)>>,
     wishes: RefCell<BTreeSet<(tatu_object, Wish)>>,
-    /// Names of values that were requested and do not exist.
+    /// Names of values that were requested but do not exist.
     missed: RefCell<BTreeSet<String>>,
     values: RefCell<BTreeSet<String>>,
 }
@@ -84,7 +86,7 @@ impl StandIns {
         kind.clone_into(&mut stand_in.kind);
         true
     }
-    /// Returns the stand-ins with what is known about them, in the order in which they were requested.
+    /// Returns the stand-ins, in the order in which they were requested.
     pub fn list(&self) -> Vec<StandIn> {
         self.list.borrow().iter().map(|(_, s)| s.clone()).collect()
     }
@@ -96,7 +98,7 @@ impl StandIns {
         }
         has
     }
-    /// Returns the names of values that were requested and do not exist.
+    /// Returns the names of values that were requested but do not exist.
     pub fn missed(&self) -> Vec<String> {
         self.missed.borrow().iter().cloned().collect()
     }

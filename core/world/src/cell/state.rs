@@ -17,9 +17,9 @@ pub(crate) struct State {
     pub dynamics: RefCell<Dynamics>,
     pub clock: Clock,
     pub phase: Cell<Phase>,
-    /// Requested changes of phase, as bits `1 << TATU_REQUEST_*`, carried out at the barrier.
+    /// Requested changes of phase, as bits `1 << TATU_REQUEST_*`, which are carried out at the barrier or after a pass.
     pub requests: Cell<u32>,
-    /// Whether the last pass is done and the run must be ended.
+    /// Whether the last pass is done, so that the run must be ended at the next barrier.
     pub over: Cell<bool>,
     /// Whether a pass took place while the world was stopped.
     pub rested: Cell<bool>,

@@ -1,7 +1,8 @@
 //! Limits on what scripts and plugins may store in a world: signals, drawings, custom data, queued events, logged
 //! lines.
 //!
-//! The memory budget of a script does not include what it stores in the world. Each of these stores has the same limit.
+//! The memory budget of a script does not include data that it stores in the world. The same limit applies to each of
+//! these stores separately.
 
 use std::{cell::Cell, collections::BTreeMap, ops::Deref};
 
@@ -11,7 +12,7 @@ use tatu_scene::Scene;
 /// The value of a signal.
 pub(crate) struct Signal {
     pub value: Value,
-    /// Whether a script of the run set it, so that it is removed when the run ends.
+    /// Whether it was set by a script whose state ends with the run. Such a signal is removed when the run ends.
     pub of_run: bool,
 }
 
@@ -88,7 +89,8 @@ impl FromIterator<((u32, Vec<u8>), Signal)> for Signals {
 pub(crate) struct Noted(Cell<u64>);
 
 impl Noted {
-    /// Returns whether `more` bytes fit as the custom data of an object, or of the world if `slot` is 0.
+    /// Returns whether `more` bytes fit into `room` bytes as the custom data of an object, or of the world if `slot` is
+    /// 0.
     pub fn has_room(&self, scene: &Scene, slot: u32, more: u64, room: u64) -> bool {
         let sum = self.0.get() + more;
         self.0.set(sum);
@@ -98,7 +100,7 @@ impl Noted {
         let of = |notes: &BTreeMap<Vec<u8>, Vec<u8>>| {
             notes.iter().map(|(k, v)| ENTRY + (k.len() + v.len()) as u64).sum::<u64>()
         };
-        // The previous data of this object is about to be replaced, so it is not counted.
+        // The previous data of this object is not counted, because it is about to be replaced.
         let other = scene.slots().filter(|(s, _)| *s != slot).map(|(_, o)| of(&o.notes)).sum::<u64>();
         let there = other + if slot == 0 { 0 } else { of(&scene.notes) };
         let fits = there + more <= room;

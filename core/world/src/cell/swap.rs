@@ -7,8 +7,8 @@ use std::{
     sync::Arc,
 };
 
-/// A shared value that can be replaced while references to previous values are alive: all values are retained until
-/// this is dropped. Reading costs as much as through an `Arc`.
+/// A shared value that can be replaced while references to previous values exist: all values are retained until the
+/// `Swap` is dropped. Reading costs as much as reading through an `Arc`.
 pub(crate) struct Swap<T> {
     now: Cell<NonNull<T>>,
     kept: RefCell<Vec<Arc<T>>>,

@@ -6,13 +6,13 @@ use tatu_plugin_api::abi::*;
 /// The condition of a wait.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Due {
-    /// The wait ends at the start of this step.
+    /// The wait ends in the pass with this number, as counted by `Clock::pass`.
     Step(u64),
     /// The wait ends at this simulation time, s.
     Time(f64),
-    /// The wait ends when a signal of this name exists, of any kind.
+    /// The wait ends when a signal of any kind with this name exists.
     Signal(Vec<u8>),
-    /// The command is resumed in every step.
+    /// The command is resumed in every pass.
     Poll,
     /// The wait ends when the result with this number has arrived from a plugin's thread.
     Wake(u64),
@@ -32,13 +32,13 @@ pub enum Owner {
 pub struct Wait {
     /// The waiting script or service.
     pub owner: Owner,
-    /// The coroutine or client, by the owner's number.
+    /// The coroutine or client, as numbered by the owner.
     pub token: u64,
-    /// The command, which is called again when the wait ends.
+    /// Id of the command, which is called again when the wait ends.
     pub command: u32,
     /// Index of the name under which it was called.
     pub alias: u32,
-    /// The command's own resume value.
+    /// The resume value, which the command chose.
     pub resume: u64,
     /// The condition under which it resumes.
     pub due: Due,
@@ -98,17 +98,19 @@ impl Waits {
     }
 }
 
-/// Converts the arguments of a command's `wait` into a condition.
-/// `ticket` is the number of the wait for which the command has taken a ticket.
+/// Converts the arguments of a command's `wait` to a condition. `step` is the number of the current pass. `ticket` is
+/// the number of the wait for which the command has taken a ticket, if it has taken one.
 pub(crate) fn parse(until: u32, value: f64, name: &[u8], step: u64, ticket: Option<u64>) -> Result<Due, &'static str> {
     match until {
         TATU_UNTIL_WAKE => {
-            ticket.map(Due::Wake).ok_or("a wait until a wake needs a ticket, which this call has not taken")
+            ticket.map(Due::Wake).ok_or("a wait for a wake requires a ticket, which this call has not taken")
         }
         TATU_UNTIL_STEPS if value >= 0.0 => Ok(Due::Step(step + (value.ceil() as u64).max(1))),
         TATU_UNTIL_TIME if value.is_finite() => Ok(Due::Time(value)),
         TATU_UNTIL_SIGNAL if !name.is_empty() => Ok(Due::Signal(name.to_vec())),
         TATU_UNTIL_POLL => Ok(Due::Poll),
-        _ => Err("a wait must be for a number of steps, a finite time, the name of a signal, a poll, or a wake"),
+        _ => Err(
+            "a wait must end after a number of steps of at least 0, at a finite time, at a signal with a name, at a poll or at a wake",
+        ),
     }
 }

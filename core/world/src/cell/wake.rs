@@ -13,7 +13,7 @@ pub(crate) struct Wake {
 }
 
 impl Wake {
-    /// Sets the flag. If no thread is asleep, the next sleep ends at once, so that no wake-up is lost.
+    /// Sets the flag. If no thread is asleep, the next sleep ends immediately, so that no wake-up is lost.
     pub fn wake(&self) {
         *self.word.lock().unwrap_or_else(PoisonError::into_inner) = true;
         self.bell.notify_all();

@@ -1,4 +1,4 @@
-//! Results of plugins' own threads, for commands that wait for them.
+//! Results of threads of plugins, and the commands that wait for them.
 
 use std::{
     cell::{Cell, RefCell},
@@ -20,11 +20,11 @@ pub(crate) struct Wakes {
     pub issued: Cell<Option<u64>>,
     /// Results that have entered the world, by the number of their wait.
     arrived: RefCell<BTreeMap<u64, Vec<u8>>>,
-    /// Waits whose result cannot arrive any more, since no thread was started for them here.
+    /// Waits whose result can no longer arrive, since no thread was started for them in this process.
     lost: RefCell<BTreeSet<u64>>,
-    /// Waits of a replayed run for which no ticket was issued, and whose result the log may still contain.
+    /// Waits of a replayed run for which no ticket was issued, because the log is expected to contain their results.
     unissued: RefCell<BTreeSet<u64>>,
-    /// The result for the command that is being resumed, or `None` if it was lost.
+    /// The result that the command being resumed has waited for, or `None` if it was lost.
     pub current: RefCell<Option<Vec<u8>>>,
 }
 
@@ -33,7 +33,8 @@ impl Wakes {
     pub fn ticket(&self, host: &HostTables) -> u64 {
         host.ticket(&self.mailbox, self.next())
     }
-    /// Counts a wait of the running command for which no ticket is needed, since the replayed log contains its result.
+    /// Assigns a number to a wait of the running command in a replay. No ticket is issued, since the log contains the
+    /// result.
     pub fn next_of_replay(&self) {
         let number = self.next();
         self.unissued.borrow_mut().insert(number);
@@ -44,24 +45,24 @@ impl Wakes {
         self.issued.set(Some(number));
         number
     }
-    /// Marks the waits whose results the replayed log did not contain as lost. Called when the replay is over.
+    /// Marks the waits whose results the replayed log did not contain as lost. It is called when the replay has ended.
     pub fn lose_unissued(&self) {
         self.lost.borrow_mut().append(&mut self.unissued.borrow_mut());
     }
-    /// Takes the results that have arrived from threads, each with the number of its wait.
+    /// Takes the results that threads have delivered, each with the number of its wait.
     pub fn take(&self) -> Vec<(u64, Vec<u8>)> {
         self.mailbox.take()
     }
-    /// Lets a result enter the world.
+    /// Adds a result to the world.
     pub fn arrive(&self, number: u64, result: Vec<u8>) {
         self.unissued.borrow_mut().remove(&number);
         self.arrived.borrow_mut().insert(number, result);
     }
-    /// Returns whether the result for a wait has entered the world, or cannot any more.
+    /// Returns whether the result for a wait has been added to the world, or has been lost.
     pub fn has_arrived(&self, number: u64) -> bool {
         self.arrived.borrow().contains_key(&number) || self.lost.borrow().contains(&number)
     }
-    /// Prepares to resume a command whose wait has ended: makes the result available to it.
+    /// Makes the result available to the command whose wait has ended, before it is resumed.
     pub fn resume(&self, due: &Due) {
         let Due::Wake(number) = due else { return };
         self.lost.borrow_mut().remove(number);
@@ -71,7 +72,8 @@ impl Wakes {
     pub fn last(&self) -> u64 {
         self.last.get()
     }
-    /// Restores the number of the last wait. The results of all pending waits are lost: a snapshot contains no threads.
+    /// Restores the number of the last wait. The results of all pending waits are lost, because a snapshot does not
+    /// contain threads.
     pub fn restore(&self, last: u64) {
         self.last.set(last);
         *self.lost.borrow_mut() = (1..=last).collect();

@@ -19,15 +19,15 @@ pub(crate) enum DeferredEffect {
     Done,
     /// The script logged a line at this level.
     Line(u32, String),
-    /// A command that the script called failed but still returned a value.
+    /// A command that the script called by an old-style name failed, and returned the values that stand for an error.
     Fault(Box<Fault>),
-    /// The script set a number of a joint's drive.
+    /// The script set a property of a joint's drive.
     Set(tatu_object, Row, f64),
     /// The script failed: its position in the order, the status, its error, and the command that caused it.
     Failed(usize, tatu_status, Box<(ErrorSlot, Option<(String, String)>)>),
-    /// The script requested to be ended; its position in the order.
+    /// The script, given by its position in the order, requested its end or restart.
     Settle(usize),
-    /// The script cannot run in parallel at present; its position in the order.
+    /// The script, given by its position in the order, cannot run in parallel at present.
     Alone(usize),
 }
 
@@ -35,13 +35,13 @@ pub(crate) enum DeferredEffect {
 pub(crate) struct WorkerView {
     world: Cell<*mut tatu_world>,
     effects: RefCell<Vec<DeferredEffect>>,
-    /// Numbers that the running script has set, each at most once.
+    /// Values of drive properties that the running script has set, with one entry per property.
     own: RefCell<Vec<(tatu_object, Row, f64)>>,
     /// Number of lines logged by the scripts of the chunk.
     lines: Cell<usize>,
     /// Index of the first effect of the running script.
     begun: Cell<usize>,
-    /// Chunks of scripts that ran here, each with the index of its first effect.
+    /// Chunks of scripts that this worker ran, each with the index of its first effect.
     pub chunks: RefCell<Vec<(usize, usize)>>,
 }
 
@@ -56,7 +56,7 @@ impl WorkerView {
             chunks: RefCell::default(),
         }
     }
-    /// Returns the world's own pointer, by which plugins know it.
+    /// Returns the pointer to the world that plugins receive.
     pub fn world(&self) -> *mut tatu_world {
         self.world.get()
     }
@@ -75,7 +75,7 @@ impl WorkerView {
         effects.clear();
         self.effects.replace(effects);
     }
-    /// Starts a chunk: scripts that run from now on belong to it.
+    /// Starts a chunk, to which the scripts that run next belong.
     pub fn begin_chunk(&self, chunk: usize) {
         self.chunks.borrow_mut().push((chunk, self.effects.borrow().len()));
         self.lines.set(0);
@@ -84,13 +84,13 @@ impl WorkerView {
     pub fn begin_script(&self) {
         self.begun.set(self.effects.borrow().len());
     }
-    /// Ends the running script: turns the numbers that it has set into effects.
+    /// Ends the running script, and converts the values that it has set to effects.
     pub fn end_script(&self) {
         let mut own = self.own.borrow_mut();
         self.effects.borrow_mut().extend(own.drain(..).map(|(object, row, x)| DeferredEffect::Set(object, row, x)));
     }
-    /// Records an effect of the running script. Stores no more log lines of a chunk than the world would, and merges
-    /// equal faults.
+    /// Records an effect of the running script. Limits the log lines of a chunk like the world does, and merges equal
+    /// faults.
     pub fn note(&self, effect: DeferredEffect) {
         let mut effects = self.effects.borrow_mut();
         match &effect {
@@ -117,7 +117,7 @@ impl WorkerView {
             None => own.push((object, row, x)),
         }
     }
-    /// Returns the number that the running script has set for a property of an object, if any.
+    /// Returns the value that the running script has set for a property of an object, if any.
     pub fn number(&self, slot: u32, row: Row) -> Option<f64> {
         let own = self.own.borrow();
         own.iter().find(|(o, r, _)| tatu_slot(*o) == slot && *r == row).map(|(_, _, x)| *x)

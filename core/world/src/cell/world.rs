@@ -1,8 +1,8 @@
 //! The interior of a world: the components `model`, `state`, `devices` and `run`, whose fields are in separate
 //! `RefCell`s.
 //!
-//! Plugins call back into the host while they are called. Code that calls a plugin which may call back holds no borrow;
-//! a host function borrows one part, acts, and releases it.
+//! Plugins can call host functions while they are called. Code that calls such a plugin therefore holds no borrow; a
+//! host function borrows one part, uses it, and releases it.
 
 use std::{cell::RefCell, sync::Arc};
 
@@ -18,7 +18,7 @@ use super::{
     worker_view::WorkerView,
 };
 
-/// The interior of a world, at a stable address: plugins hold it as `tatu_world *`.
+/// The interior of a world, at a stable address. Plugins receive a pointer to it, as `tatu_world *`.
 pub(crate) struct WorldCell {
     pub model: Model,
     pub state: State,
@@ -41,8 +41,8 @@ impl Drop for WorldCell {
 }
 
 impl WorldCell {
-    /// Creates a cell with a scene, but without devices, scripts and plugin instances. `origins` holds, for each object
-    /// of the document, its handle in the scene.
+    /// Creates a cell with a scene, but without devices, scripts and plugin instances. `origins` contains the handle in
+    /// the scene of each object of the document.
     pub fn new(
         document: Arc<Document>,
         registry: Arc<Registry>,
@@ -61,7 +61,7 @@ impl WorldCell {
             model: Model::new(document, registry, settings, origins),
         }
     }
-    /// Returns whether the world has been started.
+    /// Returns whether the simulation has been started and is not stopped.
     pub fn running(&self) -> bool {
         self.state.phase.get() != Phase::Stopped
     }
@@ -82,7 +82,7 @@ impl WorldCell {
     pub fn instance_info(&self, owner: tatu_object, key: &str) -> tatu_instance {
         self.instance_again(owner, key, self.devices.new_instance())
     }
-    /// Like `instance_info`, but for an instance that replaces an existing one, with a given id.
+    /// Like `instance_info`, but with a given id, for example for an instance that replaces an existing one.
     pub fn instance_again(&self, owner: tatu_object, key: &str, id: u64) -> tatu_instance {
         tatu_instance {
             size: size_of::<tatu_instance>() as u32,

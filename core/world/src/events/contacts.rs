@@ -1,4 +1,4 @@
-//! Contact events: compares the touching shapes with those of the previous physics stage.
+//! Publishes contact events: compares the touching shapes with those of the previous physics stage.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use tatu_scene::Scene;
 use crate::cell::{WorldCell, payload};
 
 /// Publishes the pairs that touch, begin to touch or cease to touch, after a physics stage. Queries the engine only if
-/// there is a subscriber. If there was no subscriber before, all touching pairs count as new.
+/// there is a subscriber. If there was no subscriber before, all touching pairs are treated as new.
 pub(crate) fn compare(world: &WorldCell) {
     let outside = &world.run.outside;
     let [collision, separation, contact] = [0, 1, 2].map(|i| outside.wants(GATHERED[i]));

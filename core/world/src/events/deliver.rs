@@ -1,4 +1,4 @@
-//! Delivery of published events.
+//! Delivers published events to the functions of scripts.
 
 use std::rc::Rc;
 
@@ -14,15 +14,15 @@ use crate::{
     scripts::{self, Room},
 };
 
-/// Maximum number of events in one delivery; it ends a loop of handlers that publish for each other.
+/// Maximum number of events in one delivery. It ends an infinite loop of handlers that publish events to each other.
 const MOST: usize = 10_000;
 
-/// Delivers all published events to the functions of scripts: in the order in which they were published, each to its
-/// handlers in the order of their subscriptions. Events that handlers publish come last. No part of the world may be
-/// borrowed.
+/// Delivers all published events to the functions of scripts, in the order in which the events were published and, for
+/// each event, in the order of the subscriptions. Events that handlers publish are delivered last. No part of the world
+/// may be borrowed.
 pub(crate) fn deliver(world: &WorldCell) {
     let bus = &world.run.outside.bus;
-    // If a handler requests a stage, this is called again; the outer delivery then handles the new events.
+    // If a handler requests a stage, this function is called again. The outer call then delivers the new events.
     if bus.queue.borrow().is_empty() || bus.now.borrow().is_some() {
         return;
     }
@@ -35,7 +35,7 @@ pub(crate) fn deliver(world: &WorldCell) {
     let left = std::mem::take(&mut *bus.queue.borrow_mut());
     if let Some((name, _)) = left.front() {
         let text =
-            format!("more than {MOST} events at one moment: {} are left out, the first of them `{name}`", left.len());
+            format!("more than {MOST} events in one delivery: {} are dropped, beginning with `{name}`", left.len());
         let mut fault = Fault::new(FaultKind::Budget, text);
         fault.help = Some("look for handlers that publish the events that they subscribe to".into());
         world.report(fault);
@@ -63,7 +63,7 @@ fn hand_out(world: &WorldCell, name: &Rc<str>, payload: &Value) {
 fn call(world: &WorldCell, id: u64, handler: tatu_func, name: &str, payload: &Value) {
     let bus = &world.run.outside.bus;
     let Some((script, _)) = scripts::owner_of_func(world, handler) else {
-        // The script has ended, and its function with it.
+        // The script has ended, so its function no longer exists.
         bus.unsubscribe(id);
         return;
     };

@@ -1,6 +1,6 @@
 //! Events of a world, delivered in order to their subscribers.
 //!
-//! - `deliver`: delivery, at the moments that `docs/reference/events.md` states;
+//! - `deliver`: delivers events, at the times that `docs/reference/events.md` specifies;
 //! - `contacts`: pairs of shapes that begin, continue and cease to touch.
 //!
 //! An event without subscribers is not even created: see `Outside::wants`.

@@ -1,4 +1,4 @@
-//! The instances of sensors and actuators: created from the document, and recreated when the scene is reset.
+//! Creates the instances of sensors and actuators from the document, and recreates them when the scene is reset.
 
 use super::kinds::{create_actuator, create_sensor, end_actuator, end_sensor};
 use tatu_errors::{Error, Fault, FaultKind, Place, Result};
@@ -20,13 +20,13 @@ pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
     Ok(())
 }
 
-/// Returns slots, kinds and parameters of the current devices, for [`remake_devices`].
+/// Returns the slots, kinds and parameters of the current devices, for [`remake_devices`].
 pub(crate) fn devices_now(cell: &WorldCell) -> Vec<(u32, DeviceSpec)> {
     let (sensing, actuators) = (cell.devices.sensing.borrow(), cell.devices.actuators.borrow());
     let named = |declared: &[Declared], params: &[Value]| {
         declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).filter(|(_, v)| *v != Value::Nil).collect()
     };
-    // The sensors that measure actuators are created together with the actuators.
+    // Sensors that publish the readings of actuators are created together with the actuators.
     let own = sensing.devices.iter().filter(|d| !cell.model.registry.sensors[d.kind].of_actuator);
     let sensors = own.map(|d| {
         (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.model.registry.sensors[d.kind].params, &d.params) })
@@ -37,8 +37,8 @@ pub(crate) fn devices_now(cell: &WorldCell) -> Vec<(u32, DeviceSpec)> {
     sensors.chain(actuators).collect()
 }
 
-/// Replaces all devices by those of an earlier state, with the parameters that they had in it. This includes devices of
-/// objects that have been removed since. The scene must have been restored already.
+/// Replaces all devices by those of an earlier state, with their earlier parameters, including devices of objects that
+/// have been removed since. The scene must have been restored already.
 pub(crate) fn remake_devices(cell: &WorldCell, devices: &[(u32, DeviceSpec)]) {
     end_devices(cell);
     for (slot, spec) in devices {
@@ -68,7 +68,7 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
     let what = kind_name(object_kind);
     let (params, commands) = (filled(info.params, &device.params), filled(info.commands, &device.params));
     let all = info.params.iter().zip(&params).chain(info.commands.iter().zip(&commands));
-    // When an actuator is reset, its commands are in the scene already.
+    // If an actuator is recreated, the scene already contains its commands.
     let known = |d: &Declared| object_kind == TATU_KIND_ACTUATOR && place.is_none() && info.commands.contains(d);
     if let Some((p, _)) = { all }.find(|(p, v)| **v == Value::Nil && !p.optional() && !known(p)) {
         let key = tatu_plugins::units::written(&p.key, p.unit.as_deref());

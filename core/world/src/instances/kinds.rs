@@ -112,8 +112,8 @@ impl Instance {
         Ok(Instance { data, state, destroy: life.destroy })
     }
 
-    /// Notifies the instance that the scripts of the run have ended. Returns whether it continues to serve the world;
-    /// an error is reported.
+    /// Notifies the instance that the scripts of the run have ended. Returns whether it can continue to serve the
+    /// world, or must be recreated; an error is reported.
     pub fn end_run(&self, cell: &WorldCell, plugin: usize, life: &tatu_life) -> bool {
         let Some(end_run) = life.end_run else { return false };
         let p = &cell.model.registry.plugins[plugin];
@@ -124,7 +124,12 @@ impl Instance {
         if cell.cross(plugin, Call::EndRun, 0, ended) >= 0 {
             return true;
         }
-        let text = format!("plugin `{}` starts over after the run: {} [{}]", p.id, error.text(), Call::EndRun.text());
+        let text = format!(
+            "the instance of plugin `{}` is recreated after the run: {} [{}]",
+            p.id,
+            error.text(),
+            Call::EndRun.text()
+        );
         cell.report(Fault::new(FaultKind::Plugin, text));
         false
     }

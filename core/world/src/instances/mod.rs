@@ -1,6 +1,6 @@
-//! Instances of plugins in a world: created, configured, saved and ended.
+//! Creates, configures, saves and ends the instances of plugins in a world.
 //!
-//! - this module: what all instances have in common; `kinds`: instances of sensors, actuators and command plugins;
+//! - this module: functions for all instances; `kinds`: instances of sensors, actuators and command plugins;
 //! - `devices`: instances from the document, and those that a stop restores;
 //! - `save`: the saved state of an instance.
 
@@ -32,7 +32,7 @@ pub(crate) use save::{load_instance, save_instance, state_of};
 pub(crate) struct Made {
     pub id: u64,
     pub data: *mut c_void,
-    /// Its address is stable until the instance ends.
+    /// The state block, whose address is stable until the instance ends.
     pub state: StateBlock,
 }
 
@@ -70,7 +70,7 @@ pub(crate) fn make(
     Ok(Made { id: info.id, data, state })
 }
 
-/// A live instance: its plugin, its object, and the plugin's data.
+/// A live instance: the index of its plugin, the slot of its object, and the plugin's data.
 #[derive(Clone, Copy)]
 pub(crate) struct Living {
     pub plugin: usize,
@@ -78,7 +78,7 @@ pub(crate) struct Living {
     pub data: *mut c_void,
 }
 
-/// Returns whether a change of a parameter is passed to the live instance, instead of recreating it.
+/// Returns whether a change of the parameter at `at` is passed to the live instance instead of recreating the instance.
 pub(crate) fn takes_changes(life: &tatu_life, declared: &[Declared], at: usize) -> bool {
     let rebuilds = declared.get(at).is_none_or(|d| d.flags & TATU_PARAM_REBUILDS != 0);
     // The mask of changed parameters has 64 bits.
@@ -95,8 +95,8 @@ pub(crate) fn configure(
     at: usize,
 ) -> Result<bool, String> {
     let Some(configure) = life.configure else { return Ok(false) };
-    // `configure` may itself set parameters, so it counts as a nested call.
-    let Some(_level) = world.run.calls.enter() else { return Err("calls are nested too deep".to_owned()) };
+    // `configure` may itself set parameters, so it is counted as a nested call.
+    let Some(_level) = world.run.calls.enter() else { return Err("calls are nested too deeply".to_owned()) };
     let (raw, _room) = laid(params);
     let mut error = ErrorSlot::new();
     // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the values and the error
@@ -115,7 +115,7 @@ pub(crate) fn configure(
     Ok(true)
 }
 
-/// Returns the values of declared parameters: those given in a document, otherwise the defaults.
+/// Returns the values of declared parameters: the values given in a document, otherwise the defaults.
 pub(crate) fn filled(declared: &[Declared], given: &[(String, Value)]) -> Vec<Value> {
     declared
         .iter()

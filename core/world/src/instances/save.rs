@@ -16,11 +16,11 @@ use crate::cell::{InstanceImage, WorldCell};
 /// An instance whose state could not be saved.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Missed {
-    /// Its owner, such as "the script of /Robot"; empty for the world.
+    /// Description of its owner, such as "the script of /Robot"; empty for the world.
     pub object: String,
     /// Id of its plugin.
     pub plugin: String,
-    /// The reason, which names the part that cannot be saved.
+    /// The reason why the state could not be saved.
     pub reason: String,
 }
 
@@ -43,8 +43,8 @@ unsafe extern "C" fn write(writer: *const tatu_writer, bytes: *const c_void, n: 
     }
 }
 
-/// Saves the state of an instance. The error is the reason why that is not possible; it is reported as a fault only if
-/// the plugin panicked or broke the contract. No part of the world may be borrowed.
+/// Saves the state of an instance, or returns the reason why that is not possible. The reason is reported as a fault
+/// only if the plugin panicked or broke the contract. No part of the world may be borrowed.
 pub(crate) fn save_instance(
     world: &WorldCell,
     of: &Living,
@@ -53,7 +53,7 @@ pub(crate) fn save_instance(
 ) -> Result<InstanceImage, String> {
     let mut image = InstanceImage { state: state.to_vec(), saved: Vec::new(), version: life.version, missed: false };
     let Some(save) = life.save else {
-        // An instance without data has nothing to save but the state block.
+        // If an instance has no data, its state block is its whole state.
         let why = "its plugin stores data for it, but cannot save the data";
         return if of.data.is_null() { Ok(image) } else { Err(why.to_owned()) };
     };
@@ -89,7 +89,11 @@ pub(crate) fn load_instance(
     image: &InstanceImage,
 ) -> Result<(), String> {
     let Some(load) = life.load else {
-        return if image.saved.is_empty() { Ok(()) } else { Err("it no longer restores state".to_owned()) };
+        return if image.saved.is_empty() {
+            Ok(())
+        } else {
+            Err("its plugin can no longer restore a saved state".to_owned())
+        };
     };
     let (mut saved, mut version) = (std::borrow::Cow::Borrowed(&image.saved), image.version);
     if let Some(inspector) = &world.model.registry.inspector {
@@ -106,7 +110,7 @@ pub(crate) fn load_instance(
     Ok(())
 }
 
-/// Returns the state block of an image if version and size match, otherwise zeros.
+/// Returns the state block of an image if its version and size match those of `life`, otherwise zeros.
 pub(crate) fn state_of(life: &tatu_life, image: &InstanceImage) -> Vec<u64> {
     let words = (life.state_bytes as usize).div_ceil(8);
     if image.version == life.version && image.state.len() == words { image.state.clone() } else { vec![0; words] }

@@ -1,4 +1,4 @@
-//! Recording of graphs. `source`: the numbers of a world that a stream can record.
+//! Records samples in graphs. `source`: the values of a world that a stream can record.
 
 mod source;
 
@@ -13,7 +13,8 @@ fn busy() -> Refusal {
     Refusal(TATU_ERR_BUSY, "a graph cannot be recorded from within this call".into())
 }
 
-/// Records a sample in all graphs that are not explicit, at the end of a step.
+/// Records a sample in each graph that is not recorded explicitly, at the end of a step. Returns the number of these
+/// graphs.
 pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal> {
     let due: Vec<tatu_object> = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy())?;

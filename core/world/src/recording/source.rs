@@ -1,4 +1,4 @@
-//! The numbers of the world that a stream can record.
+//! The values of a world that a stream can record.
 
 use tatu_plugin_api::{
     abi::{TATU_LOG_WARNING, tatu_slot},
@@ -11,11 +11,11 @@ use tatu_scene::{
 
 use crate::cell::WorldCell;
 
-/// Short names of the most commonly recorded numbers.
+/// Short names of the most commonly recorded values.
 const SHORT: &[(&str, &str)] =
     &[("x", "object.world_pose[0]"), ("y", "object.world_pose[1]"), ("z", "object.world_pose[2]")];
 
-/// Warns of streams of the scene that can never have a value.
+/// Warns of streams that can never have a value.
 pub(crate) fn check(world: &WorldCell) {
     let (scene, figures) = (world.state.scene.borrow(), world.devices.figures.borrow());
     for (object, graph) in &figures.graphs {
@@ -23,16 +23,16 @@ pub(crate) fn check(world: &WorldCell) {
             let why = if scene.find(tatu_slot(*object), &spec.of).is_none() {
                 format!("there is no object `{}`", spec.of)
             } else if !is_known(world, &spec.data) {
-                format!("no object has a number `{}`", spec.data)
+                format!("no kind of object has a numeric property or field `{}`", spec.data)
             } else {
                 continue;
             };
-            world.log(TATU_LOG_WARNING, &format!("the stream `{}` of {} stays empty: {why}", spec.name, graph.name));
+            world.log(TATU_LOG_WARNING, &format!("the stream `{}` of {} remains empty: {why}", spec.name, graph.name));
         }
     }
 }
 
-/// Returns whether any object could have a number with this name.
+/// Returns whether any kind of object can have a numeric value with this name.
 fn is_known(world: &WorldCell, data: &str) -> bool {
     let key = data.split_once('[').map_or(data, |(key, _)| key);
     ["x", "y", "z", "alpha", "beta", "gamma", "speed", "turning"].contains(&data)
@@ -40,8 +40,8 @@ fn is_known(world: &WorldCell, data: &str) -> bool {
         || world.model.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
 }
 
-/// Returns the current value of the number `data` of an object. Returns `None` if the object has no such number, or is
-/// a sensor that has not been measured yet.
+/// Returns the current value `data` of the object `of`, as seen from the graph. Returns `None` if the object has no
+/// such value, or is a sensor that has not been measured yet.
 pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str) -> Option<f64> {
     let slot = scene.find(graph, of)?;
     match data {

@@ -1,7 +1,7 @@
 //! Applies the differences between two documents to a running world.
 //!
 //! Objects are matched by their position in the tree. Only properties that differ between the two documents are set, so
-//! that everything else stays as physics and scripts have left it. Adding or removing objects requires a restart.
+//! changes by physics and scripts are retained otherwise. Adding or removing objects requires a restart.
 
 use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
 
@@ -24,7 +24,7 @@ use crate::{
     scripts::Handed,
 };
 
-/// A document, and the tree that it describes.
+/// A document, and the scene that it describes.
 struct Described<'a> {
     document: &'a Document,
     scene: Scene,
@@ -37,7 +37,8 @@ impl<'a> Described<'a> {
         Described { document, scene, slots }
     }
 
-    /// Returns the position of each object: its parent, its alias, and its number among siblings with the same alias.
+    /// Returns the position of each object: its parent, its alias, and its number among siblings with the same alias,
+    /// from 1.
     fn places(&self) -> Vec<(Option<usize>, &'a str, usize)> {
         let mut seen: BTreeMap<(Option<usize>, &str), usize> = BTreeMap::new();
         let all = self.document.objects.iter();
@@ -58,7 +59,7 @@ impl<'a> Described<'a> {
     }
 }
 
-/// Returns, for each object of the new document, its index in the old one.
+/// Returns, for each object of the new document, its index in the old document, or `None` if it is new.
 fn pairs(old: &Described<'_>, new: &Described<'_>) -> Vec<Option<usize>> {
     let by_place: BTreeMap<_, usize> = old.places().into_iter().enumerate().map(|(i, p)| (p, i)).collect();
     let mut out: Vec<Option<usize>> = Vec::new();
@@ -97,7 +98,7 @@ impl World {
                 restart.push(format!("{path} was added"));
                 continue;
             };
-            // Objects that scripts have removed stay removed.
+            // Objects that scripts have removed are not created again.
             let object = origins.get(j).copied().unwrap_or(0);
             let slot = cell.state.scene.borrow().resolve(object).ok().filter(|_| object != 0);
             let Some(slot) = slot else { continue };
@@ -125,7 +126,7 @@ impl World {
             restart.truncate(5);
             let more = if more > 0 { format!(", and {more} more") } else { String::new() };
             let text = format!("not applied to the run: {}{more}", restart.join(", "));
-            told.warnings.push(Error::new("E307", text).help("restart the run to apply it"));
+            told.warnings.push(Error::new("E307", text).help("restart the run to apply these changes"));
         }
         cell.model.document.set(new);
         told
@@ -144,8 +145,8 @@ impl World {
             |d: &Described<'_>, n: usize| d.document.objects[n].rows.iter().map(|(r, _)| *r).collect::<Vec<_>>();
         let mut rows = written(is, i);
         rows.extend(written(was, j));
-        // These rows are applied together as `pose`, which includes the position of a model; meshes and images are
-        // handled below.
+        // The first four properties are applied together as `pose`, which includes the position of a model. Meshes and
+        // textures are handled below.
         let parts = [Row::Position, Row::Quaternion, Row::Orientation, Row::WorldPose, Row::Mesh, Row::Texture];
         rows.retain(|r| !parts.contains(r));
         rows.push(Row::Pose);
@@ -212,7 +213,7 @@ impl World {
                     Changed::Value | Changed::Rebuild => {}
                 }
                 if let Some(initial) = &mut *cell.model.initial.borrow_mut() {
-                    // If the object existed at the start, it has the same slot in that scene.
+                    // If the object existed at the start, it has the same slot in the initial scene.
                     let _ = tatu_scene::set(&mut initial.scene, slot, row, value);
                 }
                 true
@@ -280,7 +281,7 @@ impl World {
             Err(why) => {
                 let text = format!("{path} cannot be created with its new parameters: {why}");
                 let error = Error::new("E402", text).at(new.place.clone());
-                told.warnings.push(error.help("correct the file; until then, the old version stays in use"));
+                told.warnings.push(error.help("correct the file; until then, the old version remains in use"));
             }
         }
         keys
@@ -313,7 +314,7 @@ impl World {
         cell.restore_process_state("the reload of scripts");
     }
 
-    /// Replaces scripts from outside the document whose files have changed.
+    /// Replaces scripts that are not part of the document and whose files have changed.
     pub(super) fn take_outside(&self, changed: &[PathBuf]) -> ReloadReport {
         let (cell, mut told): (&WorldCell, ReloadReport) = (self.cell(), ReloadReport::default());
         for script in Scripts::from_outside(cell) {

@@ -17,7 +17,8 @@ use crate::{
     run::World,
     scripts::{Handed, Written},
 };
-/// A device that is being replaced: its object, the state that the old instance saved, the parameters of the new one.
+/// A device that is being replaced: its object, the state that the old instance saved, and the parameters of the new
+/// instance.
 struct Moving {
     slot: u32,
     kind: usize,
@@ -28,7 +29,7 @@ struct Moving {
     image: Written,
 }
 
-/// Instances created under the new version that are not in use yet.
+/// Instances that the new version has created and that are not in use yet.
 #[derive(Default)]
 struct Made {
     sensors: Vec<Device>,
@@ -48,8 +49,8 @@ impl Made {
     }
 }
 
-/// Passes the saved state of the old instance to a new one, and the state block to `block`. On failure, returns why the
-/// new instance starts from scratch.
+/// Passes the saved state of the old instance to a new one, and its state block to `block`. On failure, returns the
+/// reason why the new instance starts from scratch.
 fn hand_over(
     cell: &WorldCell,
     of: &Living,
@@ -74,7 +75,7 @@ fn by_key(declared: &[Declared], params: &[Value]) -> Vec<(String, Value)> {
     declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).collect()
 }
 
-/// Returns the parameters for a new list of declarations, and the keys of those that no longer exist.
+/// Returns the values of the newly declared parameters, and the keys of parameters that no longer exist.
 fn moved_params(old: &[Declared], new: &[Declared], params: &[Value]) -> (Vec<Value>, Vec<String>) {
     let given: Vec<_> = by_key(old, params).into_iter().filter(|(_, v)| *v != Value::Nil).collect();
     let lost = old.iter().filter(|o| !new.iter().any(|n| n.key == o.key)).map(|o| o.key.clone()).collect();
@@ -95,11 +96,11 @@ fn info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
 }
 
 impl World {
-    /// Reloads the file of a plugin between two steps: all its instances are replaced with those of the new version,
-    /// which take over the old state where both versions agree. If the new version is rejected, returns an error and
-    /// changes nothing.
+    /// Reloads the file of a plugin between two steps. All its instances are replaced with instances of the new
+    /// version, which take over the old state if the new version can restore it. If the new version is rejected,
+    /// returns an error and changes nothing.
     ///
-    /// A plugin with a running service cannot be reloaded, because the service holds addresses within it.
+    /// A plugin with a running service cannot be reloaded, because the service refers to addresses within the plugin.
     pub fn reload_plugin(&self, plugin: usize) -> Result<ReloadReport> {
         let cell: &WorldCell = self.cell();
         let old = cell.model.registry.shared();
@@ -150,7 +151,7 @@ impl World {
     }
 }
 
-/// Replaces all instances. Returns a sentence for each new instance that starts from scratch.
+/// Replaces all instances of a plugin. Returns a sentence for each new instance that starts from scratch.
 fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Registry>) -> Result<Vec<String>> {
     let (sensors, actuators, instance) = written(cell, plugin, old, new);
     let scripts = Scripts::written(cell, plugin);
@@ -240,7 +241,7 @@ fn moving_actuator(cell: &WorldCell, i: usize) -> Moving {
     Moving { slot, kind, id: cell.devices.new_replacement(), params, dropped: Vec::new(), image }
 }
 
-/// Saves the state of the old version's instances.
+/// Saves the states of the old version's instances: sensors, actuators, and the instance of command plugins.
 fn written(
     cell: &WorldCell,
     plugin: usize,
@@ -278,7 +279,7 @@ fn written(
     (sensors, actuators, instance)
 }
 
-/// Creates all instances under the new version.
+/// Creates all instances with the new version.
 fn make(
     cell: &WorldCell,
     plugin: usize,
@@ -291,7 +292,7 @@ fn make(
         |m: &Moving, why: String| Error::new("E402", format!("{} cannot be created: {why}", path_of(cell, m.slot)));
     let lacking = |m: &Moving, declared: &[Declared]| {
         let lack = declared.iter().zip(&m.params).find(|(d, v)| **v == Value::Nil && !d.optional());
-        lack.map(|(d, _)| refused(m, format!("it lacks its parameter `{}`", d.key)))
+        lack.map(|(d, _)| refused(m, format!("its required parameter `{}` is missing", d.key)))
     };
     if let Some((_, life)) = cell.model.registry.world_lives.iter().find(|(p, _)| *p == plugin) {
         match Instance::create(cell, plugin, life, cell.devices.new_replacement()) {
@@ -326,7 +327,7 @@ fn make(
     Ok(made)
 }
 
-/// Installs a sensor's new instance. Returns the old one, and why the new one starts from scratch, if it does.
+/// Installs a sensor's new instance. Returns the old instance, and the reason if the new one starts from scratch.
 fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool) -> (Option<Device>, Option<String>) {
     let kind = &cell.model.registry.sensors[m.kind];
     let of = Living { plugin: kind.plugin, slot: m.slot, data: new.data };
@@ -385,7 +386,7 @@ fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuat
     (old, why)
 }
 
-/// Carries an actuator's command values over to the commands that it has now.
+/// Carries the values of an actuator's commands over to the commands of the new version.
 fn keep_commands(cell: &WorldCell, m: &Moving, old: &Registry, new: &Registry) {
     let mut scene = cell.state.scene.borrow_mut();
     let Some(Data::Actuator(a)) = scene.get_mut(m.slot).map(|o| &mut o.data) else { return };

@@ -5,8 +5,9 @@
 //! - `document`: applies the differences between two documents;
 //! - `instances`: replaces the instances of a plugin.
 //!
-//! A new version with an error is rejected as a whole, and the old one stays. Ids of instances, seeds and all orders
-//! stay the same. Reloading is off unless a run requests it, since such a run depends on when files are written.
+//! A new version with an error is rejected as a whole, and the old version remains in use. Ids of instances, seeds and
+//! all orders remain unchanged. Reloading is off unless a run requests it, since such a run depends on when files are
+//! written.
 
 mod document;
 mod instances;
@@ -25,9 +26,9 @@ use crate::run::World;
 /// The result of a reload.
 #[derive(Debug, Default)]
 pub struct ReloadReport {
-    /// What was applied, and which state was lost in doing so.
+    /// Descriptions of the changes that were applied, and of the state that was lost.
     pub notes: Vec<String>,
-    /// What was rejected; the old version stays.
+    /// The reasons why changes were rejected. The old versions remain in use.
     pub warnings: Vec<Error>,
     /// Number of scripts, plugins and objects that changed.
     pub taken: u64,
@@ -41,7 +42,7 @@ impl ReloadReport {
     }
 }
 
-/// Watches the files that a world was built from: scene, models, scripts, imported files, plugins.
+/// Watches the files from which a world was built: scene, models, scripts, imported files and plugins.
 pub struct Reload {
     scene: PathBuf,
     options: Options,
@@ -67,7 +68,7 @@ impl Reload {
         }
     }
 
-    /// Applies the changes since the last call; must be called between two steps. Checks the disk at most ten times a
+    /// Applies the changes since the last call. Must be called between two steps. Checks the disk at most ten times per
     /// second.
     pub fn look(&mut self, world: &World) -> ReloadReport {
         let mut told = ReloadReport::default();

@@ -1,4 +1,4 @@
-//! Detection of changed files.
+//! Detects changed files.
 
 use std::{
     collections::BTreeMap,
@@ -12,9 +12,9 @@ use xxhash_rust::xxh3::xxh3_64;
 
 /// Minimum time between two checks of the disk.
 const PAUSE: Duration = Duration::from_millis(100);
-/// A file written more recently than this may still be incomplete.
+/// A file that was written more recently than this may still be incomplete.
 const SETTLED: Duration = Duration::from_millis(50);
-/// An empty file more recent than this is probably about to be written by a compiler or an editor.
+/// An empty file that is more recent than this is probably about to be written by a compiler or an editor.
 const EMPTY: Duration = Duration::from_secs(2);
 
 /// The known state of a file.
@@ -42,7 +42,7 @@ impl Watcher {
         Watcher { files: BTreeMap::new(), looked: None }
     }
 
-    /// Watches a file from now on; `content` is its contents, if they have been read already.
+    /// Starts to watch a file. `content` is its contents, if they have been read already.
     pub fn watch(&mut self, file: &Path, content: Option<&[u8]>) {
         let known = self.files.entry(file.to_owned()).or_default();
         if let Some(bytes) = content {
@@ -53,8 +53,9 @@ impl Watcher {
         }
     }
 
-    /// Returns the files whose contents have changed since they were last known; each change is reported once. Checks
-    /// the disk at most ten times a second. Files that do not exist are watched until they do.
+    /// Returns the files whose contents have changed since the last check. Each change is reported once. Checks the
+    /// disk at most ten times per second. A file that was removed is reported if it is created again with different
+    /// contents.
     pub fn changed(&mut self) -> Vec<PathBuf> {
         if self.looked.is_some_and(|l| l.elapsed() < PAUSE) {
             return Vec::new();
@@ -67,7 +68,7 @@ impl Watcher {
 
 fn has_changed(file: &Path, known: &mut Known) -> bool {
     let Some(now) = stamp(file) else { return false };
-    // A modification time in the future does not count as recent.
+    // A modification time in the future is not treated as recent.
     let settled = if now.1 == 0 { EMPTY } else { SETTLED };
     let fresh = now.0.elapsed().is_ok_and(|e| e < settled);
     if fresh || known.stamp == Some(now) {

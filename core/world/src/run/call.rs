@@ -14,8 +14,8 @@ use crate::{
 };
 
 impl World {
-    /// Calls a command of any plugin as the host, without a calling script or object, and returns its results, at most
-    /// 64.
+    /// Calls a command of any plugin as the host, without a calling script or object, and returns its results, of which
+    /// there can be at most 64.
     ///
     /// A command that waits fails, since nothing could resume it later. The call is not recorded in the input log.
     ///
@@ -29,7 +29,8 @@ impl World {
         let args: Vec<tatu_value> = args.iter().map(|v| owned.raw(v)).collect();
         let mut room = Room::new();
         let mut frame = room.frame(&args);
-        // Old-style names must report errors as well, instead of returning the values that stand for an error.
+        // Commands called by old-style names must report errors as well, instead of returning the values that stand for
+        // an error.
         (frame.command, frame.alias, frame.flags) = (command, alias, TATU_CALL_RAISE);
         cell.run.calls.caller.set(Caller::HOST);
         let mark = cell.run.calls.arena.borrow().mark();

@@ -42,8 +42,8 @@ impl World {
         }
     }
 
-    /// Starts the simulation: time is 0, and the states of child scripts are created; their first callbacks run in the
-    /// first step. If there was no pass while the simulation was stopped, one comes first.
+    /// Starts the simulation: sets the time to 0, and creates the states of child scripts, whose first callbacks run in
+    /// the first step. If no pass has run while the simulation was stopped, runs one first.
     pub fn start(&self) {
         let cell = &self.cell;
         if cell.running() {
@@ -79,17 +79,17 @@ impl World {
         cell.restore_process_state("the start of scripts");
     }
 
-    /// Runs one pass; returns whether the world is still running.
+    /// Runs one pass, and returns whether the world is still running.
     ///
-    /// In a session, services have their turns first and may hold the world; this then sleeps until they release it. If
-    /// a stop is requested in the meantime or the session is interrupted, there is no pass: see
-    /// [`stop_requested`](Self::stop_requested). The passes after a requested stop follow with the next calls.
+    /// In a session, services have their turns first and can hold the world. In that case, this method sleeps until
+    /// they release it. If a stop is requested in the meantime or the session is interrupted, no pass is run: see
+    /// [`stop_requested`](Self::stop_requested). The next calls run the passes that follow a requested stop.
     pub fn step(&self) -> bool {
         if self.barrier() { self.step_on() } else { self.cell.running() }
     }
 
-    /// Does everything that precedes the next pass, but not the pass itself; returns `false` if no pass may follow.
-    /// This serves to replay a run that was ended within a barrier.
+    /// Runs the barrier before the next pass, but not the pass itself. Returns `false` if no pass may follow. This is
+    /// required to replay a run that ended within a barrier.
     pub fn barrier(&self) -> bool {
         if self.cell.state.over.replace(false) {
             self.finish();
@@ -97,7 +97,7 @@ impl World {
         session::before_step(&self.cell)
     }
 
-    /// Runs the pass that follows [`barrier`](Self::barrier); returns whether the world is still running.
+    /// Runs the pass that follows [`barrier`](Self::barrier), and returns whether the world is still running.
     pub fn step_on(&self) -> bool {
         if self.cell.running() && !self.cell.state.over.get() {
             step::step(&self.cell);
@@ -105,17 +105,17 @@ impl World {
         self.cell.running()
     }
 
-    /// Requests a stop: the next three passes are the last ones.
+    /// Requests a stop, before which three more passes are run.
     pub fn request_stop(&self) {
         self.request(TATU_REQUEST_STOP);
     }
 
-    /// Requests a pause: the next two passes are the last ones before it. Recorded in the input log.
+    /// Requests a pause, before which two more passes are run. The request is recorded in the input log.
     pub fn request_pause(&self) {
         session::outside_request(&self.cell, TATU_REQUEST_PAUSE);
     }
 
-    /// Ends a pause, or cancels a requested one. Recorded in the input log.
+    /// Ends a pause, or cancels a requested pause. The request is recorded in the input log.
     pub fn request_start(&self) {
         session::outside_request(&self.cell, TATU_REQUEST_START);
     }
@@ -124,15 +124,15 @@ impl World {
         self.cell.state.requests.set(self.cell.state.requests.get() | 1 << what);
     }
 
-    /// Sets whether a user is present who can end a pause, at a terminal for example. If not, a pause that no service
-    /// and no add-on can end ends the run.
+    /// Sets whether a user is present who can end a pause, for example at a terminal. If not, a pause that neither a
+    /// service nor an add-on can end ends the run.
     pub fn set_interactive(&self, on: bool) {
         self.cell.run.outside.interactive.set(on);
     }
 
-    /// Lets services request a different scene: see [`next_scene`](Self::next_scene). `read` loads it (an empty path
-    /// means the current scene), with the given sources if there are any; if that fails, the error is returned to the
-    /// service and this world continues.
+    /// Lets services request a different scene: see [`next_scene`](Self::next_scene). `read` loads the scene file with
+    /// the given path, with the given sources if there are any; an empty path stands for the current scene. If `read`
+    /// fails, the error is returned to the service, and this world continues.
     pub fn take_scenes(&self, read: impl Fn(&Path, Option<Sources>) -> Result<Arc<Document>> + 'static) {
         *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
@@ -142,8 +142,8 @@ impl World {
         self.cell.run.outside.next_scene.borrow_mut().take()
     }
 
-    /// Makes the current process state, such as signal handlers, the one that plugins must leave unchanged. Must be
-    /// called after the program has changed that state.
+    /// Records the current process state, such as signal handlers, as the state that plugins must leave unchanged. Must
+    /// be called after the program has changed it.
     pub fn take_process_anew(&self) {
         self.cell.border.home.borrow_mut().take_process_anew();
     }
@@ -158,8 +158,8 @@ impl World {
         self.cell.stop_requested()
     }
 
-    /// Requests a stop and carries it out: scripts are notified of the end, clean up and end, and the scene is restored
-    /// to its state at the start.
+    /// Requests a stop, and runs the remaining passes: scripts are notified and clean up, and the scene is restored to
+    /// its state at the start.
     pub fn stop(&self) {
         if self.cell.running() {
             self.request_stop();
@@ -177,10 +177,11 @@ impl World {
             let error = Error::new("E102", format!("a script of kind `{}` cannot be attached to a world", spec.kind));
             return Err(error.expected(kinds.join(", ")));
         }
-        Scripts::add(&self.cell, 0, spec).ok_or_else(|| Error::new("E401", "the world has no room for another script"))
+        Scripts::add(&self.cell, 0, spec)
+            .ok_or_else(|| Error::new("E401", "the world has no free slot for another script"))
     }
 
-    /// Ends the run: ends states, and restores the scene to its state at the start.
+    /// Ends the run: ends the states of its scripts, and restores the scene to its state at the start.
     fn finish(&self) {
         let cell = &self.cell;
         Scripts::end_run(cell);

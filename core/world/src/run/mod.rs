@@ -1,4 +1,4 @@
-//! The public handle of a world: create, start, step, stop and inspect it.
+//! The public interface of a world, to create, start, step, stop and inspect it.
 //!
 //! - [`World`]: a running scene; `life`: start, step, stop; `addons`: scripts that are not part of a document;
 //!   `call`: commands that the program calls;
@@ -38,7 +38,7 @@ pub struct World {
 }
 
 impl World {
-    /// Creates a world from a document: its objects, devices and command instances.
+    /// Creates a world from a document, with its objects, devices and instances of command plugins.
     pub fn new(document: Arc<Document>, registry: Arc<Registry>) -> Result<Self> {
         Self::with_threads(document, registry, 1)
     }
@@ -74,14 +74,14 @@ impl World {
         Ok(world)
     }
 
-    /// Returns mechanical problems of the scene, such as parts that are impossible or hard to simulate, one sentence
-    /// each.
+    /// Returns the mechanical problems of the scene, such as parts that are impossible or hard to simulate. Each
+    /// problem is described by one sentence.
     pub fn mechanics(&self) -> Vec<String> {
         tatu_scene::mechanics(&self.cell.state.scene.borrow(), &self.cell.model.settings.borrow())
     }
 
-    /// Returns, for each mechanism, the path of its first shape, and its solver with the reason why that was chosen.
-    /// They are in the order of objects.
+    /// Returns, for each mechanism, the path of its first shape, and its solver with the reason for this choice, in the
+    /// order of objects.
     pub fn mechanisms(&self) -> Vec<(String, String)> {
         tatu_scene::solvers(&self.cell.state.scene.borrow())
     }
@@ -106,8 +106,8 @@ impl World {
         Ok(())
     }
 
-    /// Ends the part of command plugin instances that serves scripts of the run; the rest is retained. Instances that
-    /// cannot separate the two are recreated.
+    /// Notifies the instances of command plugins that the run has ended, so that they discard the state that belongs to
+    /// scripts of the run. Instances that cannot do so are recreated.
     fn renew_instances(&self) -> Result {
         let cell = &self.cell;
         for (plugin, life) in &cell.model.registry.world_lives {
@@ -135,8 +135,8 @@ impl World {
         }
     }
 
-    /// Sets the folder in which scripts open files and may write them, in place of the working folder. Fails with E105
-    /// if it is not a folder.
+    /// Sets the folder in which scripts can read and write files, in place of the working folder. Fails with E105 if it
+    /// is not a folder.
     pub fn open_files_in(&self, folder: &Path) -> Result {
         let folder = match folder.canonicalize() {
             Ok(folder) if folder.is_dir() => folder,
@@ -146,26 +146,26 @@ impl World {
         self.cell.run.folders.choose(folder);
         Ok(())
     }
-    /// Creates a stand-in for each object that scripts look up and that does not exist, and turns dummies into the kind
-    /// that their use implies. The named values, such as parameters of scripts, exist with neutral contents. Meant for
-    /// runs without a scene; must be called before the start.
+    /// Creates a stand-in for each object that scripts look up and that does not exist, and changes the kind of dummies
+    /// to the one that their use implies. The values listed in `values`, such as parameters of scripts, exist with
+    /// neutral contents. This is meant for runs without a scene, and must be called before the start.
     pub fn make_stand_ins(&self, values: &[String]) {
         let cell = &self.cell;
         cell::begin_stand_ins(cell, values);
     }
-    /// Returns the names of values that were requested and do not exist, in order.
+    /// Returns the names of values that were requested but do not exist, in alphabetical order.
     pub fn missed_values(&self) -> Vec<String> {
         self.cell.run.stand_ins.missed()
     }
-    /// Returns the objects of the document, then those created since, each with the kind that its use implied. Empty
-    /// unless [`make_stand_ins`](Self::make_stand_ins) was called.
+    /// Returns the objects of the document, then those created since, each with the kind that its use implied. The
+    /// result is empty unless [`make_stand_ins`](Self::make_stand_ins) was called.
     pub fn stand_ins(&self) -> Vec<StandIn> {
         self.cell.run.stand_ins.list()
     }
 
-    /// Returns what scripts requested although it does not exist and they may do without it: the parent of an object,
-    /// or a child by number, each with the index of the object in [`stand_ins`](Self::stand_ins). Scripts usually
-    /// request these to find where the tree ends.
+    /// Returns objects that scripts requested but can possibly do without, such as the parent of an object or a child
+    /// by index. Each is returned with the index of the object in [`stand_ins`](Self::stand_ins). Scripts usually
+    /// request these objects to find the ends of the tree.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
         self.cell.run.stand_ins.wishes()
     }
@@ -183,27 +183,27 @@ impl World {
     pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
         self.cell.run.outside.log.borrow()
     }
-    /// Returns the input log, to set whether and where records are stored.
+    /// Returns the input log mutably, to set whether and where records are stored.
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
         self.cell.run.outside.log.borrow_mut()
     }
     /// Adds an external input at the current barrier, before the next step, and records it in the input log. If `kind`
-    /// is "key", it is a key press, and `text` is its character or name. "clock" (seconds since the start) and "epoch"
-    /// (Unix time in seconds) set the clocks that scripts and plugins read. Other kinds are passed to plugins.
+    /// is "key", it is a key press, and `text` is its character or name. "clock" (time since the start, s) and "epoch"
+    /// (Unix time, s) set the clocks that scripts and plugins read. Other kinds are passed to plugins.
     pub fn put_in(&self, kind: &str, text: &str) {
         cell::put_in(&self.cell, kind, text);
     }
-    /// Attaches an input log; each of its inputs is repeated at its barrier. Must be called before the start.
+    /// Attaches an input log, whose inputs are repeated at their barriers. Must be called before the start.
     pub fn feed(&self, records: Arc<[Record]>) {
         barrier::log::attach(&self.cell, records);
     }
-    /// Attaches an input log that begins when the scene was opened, and repeats what happened before the
-    /// simulation was started.
+    /// Attaches an input log that begins when the scene was opened, and repeats the inputs from before the start of the
+    /// simulation.
     pub fn feed_session(&self, records: Arc<[Record]>) {
         barrier::log::feed_session(&self.cell, records);
     }
-    /// Returns the files that scripts or plugins have requested to read since the start, by the names given. Their
-    /// contents are not part of the input log.
+    /// Returns the names of the files that scripts or plugins have requested to read since the start. The contents of
+    /// these files are not part of the input log.
     pub fn files_opened(&self) -> Vec<String> {
         self.cell.run.outside.opened.borrow().iter().cloned().collect()
     }
@@ -219,7 +219,7 @@ impl World {
     pub fn steps(&self) -> u64 {
         self.cell.state.clock.step.get()
     }
-    /// Returns the length of a step, s.
+    /// Returns the duration of a step, s.
     pub fn dt(&self) -> f64 {
         self.cell.state.clock.dt.get()
     }
@@ -227,7 +227,7 @@ impl World {
     pub fn hash(&self) -> Hash {
         state::hash(&self.cell.state.scene.borrow(), &self.cell.state.dynamics.borrow(), &self.cell.state.clock)
     }
-    /// Returns a summary of each script, in the order in which they were added.
+    /// Returns a summary of each script, in the order in which the scripts were added.
     pub fn scripts(&self) -> Vec<crate::cell::ScriptSummary> {
         crate::cell::Scripts::told(&self.cell)
     }
@@ -239,7 +239,7 @@ impl World {
     pub fn take_lines(&self) -> Vec<LogLine> {
         self.cell.run.lines.take()
     }
-    /// Returns whether lines were logged that have not been taken.
+    /// Returns whether there are log lines that have not been taken.
     pub fn has_lines(&self) -> bool {
         self.cell.run.lines.any()
     }
@@ -247,15 +247,15 @@ impl World {
     pub fn lines(&self) -> Lines {
         self.cell.run.lines.clone()
     }
-    /// Returns path and pose (m, quaternion x y z w) of every model base, in order of slots.
+    /// Returns the path and the pose (position in m, quaternion x y z w) of every model base, in the order of slots.
     pub fn model_bases(&self) -> Vec<(String, [f64; 7])> {
         let scene = self.cell.state.scene.borrow();
         let mut paths = scene.paths();
         let bases = scene.slots().map(|(s, _)| s).filter(|s| scene.is_model_base(*s));
         bases.filter_map(|s| Some((paths.remove(&s)?, pose_to_array(&scene.world(s))))).collect()
     }
-    /// Returns a document for a scene file that starts in the current state. It does not contain velocities or the
-    /// internal state of scripts and devices.
+    /// Returns a document that describes the current state as a scene. It does not contain velocities or the internal
+    /// state of scripts and devices.
     pub fn to_document(&self) -> Document {
         crate::state::save::document_of(&self.cell, 0)
     }
@@ -275,21 +275,21 @@ impl World {
         let joint = o.joint().map(|j| [j.position, j.velocity, j.effort]);
         Some(Observed { path: scene.path(slot), pose, twist, joint, reading })
     }
-    /// Returns the existing path most similar to one that does not exist.
+    /// Returns the path of the object whose path is most similar to `path`, which does not exist.
     pub fn nearest(&self, path: &str) -> Option<String> {
         self.cell.state.scene.borrow().nearest(path)
     }
-    /// Returns the contacts between shapes after the last step: two paths, and the normal force in N.
+    /// Returns the contacts between shapes after the last step: the paths of the two shapes, and the normal force, N.
     pub fn contacts(&self) -> Vec<(String, String, f64)> {
         let scene = self.cell.state.scene.borrow();
         let dynamics = self.cell.state.dynamics.borrow();
         dynamics.contacts(&scene).map(|(a, b, c)| (scene.path(a), scene.path(b), c.force)).collect()
     }
-    /// Returns graphs and drawings. Graphs keep their samples when the world stops.
+    /// Returns the graphs and drawings. Graphs retain their samples when the world stops.
     pub fn figures(&self) -> std::cell::Ref<'_, Figures> {
         self.cell.devices.figures.borrow()
     }
-    /// Returns gravity, m/s^2.
+    /// Returns the gravitational acceleration, m/s^2.
     pub fn gravity(&self) -> Vector3<f64> {
         self.cell.model.settings.borrow().gravity
     }
@@ -300,13 +300,13 @@ impl World {
 pub struct Observed {
     /// Path of the object.
     pub path: String,
-    /// World pose: x y z in m, quaternion x y z w.
+    /// World pose: position x y z, m, and quaternion x y z w.
     pub pose: [f64; 7],
-    /// Velocity in the world frame: m/s, rad/s.
+    /// Linear and angular velocity in the world frame, m/s and rad/s.
     pub twist: [f64; 6],
     /// Position (m or rad), velocity (m/s or rad/s) and effort (N or N m) of a joint; `None` for other objects.
     pub joint: Option<[f64; 3]>,
-    /// Fields of a sensor; `None` for other objects.
+    /// Names and values of the fields of a sensor's last reading; `None` for other objects.
     pub reading: Option<Vec<(String, Value)>>,
 }
 

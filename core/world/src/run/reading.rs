@@ -1,4 +1,4 @@
-//! Readings of sensors, with the fields that their plugins declare.
+//! The readings of sensors, with the fields that their plugins declare.
 
 use tatu_devices::sense::{Edge, edges};
 use tatu_plugin_api::safe::Value;
@@ -10,7 +10,7 @@ use super::World;
 pub struct Reading {
     /// Path of the sensor.
     pub path: String,
-    /// Kind of the sensor.
+    /// Id of the sensor's kind.
     pub kind: String,
     /// Schemas that the kind fills, such as `range_scan/1`.
     pub schemas: Vec<String>,
@@ -18,7 +18,7 @@ pub struct Reading {
     pub time: f64,
     /// Number of measurements so far; 0 if the sensor has not been measured.
     pub sequence: u64,
-    /// Current pose of the sensor in the world frame: x y z in m, quaternion x y z w.
+    /// Current pose of the sensor in the world frame: position x y z, m, and quaternion x y z w.
     pub pose: [f64; 7],
     /// Outline of the sensor's beams, in the sensor's frame.
     pub edges: Vec<Edge>,
@@ -33,21 +33,21 @@ pub struct Field {
     pub name: String,
     /// Unit of the field, if it has one.
     pub unit: Option<String>,
-    /// Elements along each axis, outermost first; unused axes are 1.
+    /// Number of elements along each axis, outermost first; 1 for unused axes.
     pub dims: [u32; 3],
     /// Value of the field.
     pub value: Value,
 }
 
 impl Reading {
-    /// Returns the numbers of a field, if it has any.
+    /// Returns the values of a field, or `None` if there is no such field or its values are not floats.
     pub fn floats(&self, name: &str) -> Option<&[f64]> {
         match self.field(name)? {
             Field { value: Value::Floats(f), .. } => Some(f),
             _ => None,
         }
     }
-    /// Returns a field by name.
+    /// Returns the field with this name.
     pub fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|f| f.name == name)
     }

@@ -9,8 +9,8 @@ use tatu_scene::document::Document;
 use super::World;
 use crate::cell::Record;
 
-/// Returns a new world of a document in which the inputs of a log have been repeated, `step` steps after its start. The
-/// world is before the barrier of that step; the rest of the log stays attached and is repeated as the world continues.
+/// Creates a world of a document, and runs `step` steps in which the inputs of a log are repeated. The world is then
+/// before the next barrier; the rest of the log remains attached and is repeated as the world continues.
 ///
 /// A stop in the log may end the run earlier; compare [`World::steps`] with `step`.
 pub fn replay_to(document: Arc<Document>, registry: Arc<Registry>, log: &[Record], step: u64) -> Result<World> {

@@ -1,4 +1,4 @@
-//! The public handle of a session.
+//! The public interface of a session.
 
 use std::{
     cell::RefCell,
@@ -18,7 +18,8 @@ use crate::{
 
 /// Services, and the worlds that they serve.
 ///
-/// Services are started once, in order of their ids, and stopped when the session is dropped; worlds come and go.
+/// Services are started once, in the order of their ids, and stopped when the session is dropped. Worlds can join and
+/// leave in the meantime.
 pub struct Session {
     cell: Rc<SessionCell>,
 }
@@ -44,14 +45,15 @@ impl Session {
         Ok(session)
     }
 
-    /// Adds a world: from now on, services have a turn before each of its steps. The world leaves when it is dropped.
+    /// Adds a world. Services then have a turn before each of its steps. The world leaves the session when it is
+    /// dropped.
     pub fn join(&self, world: &World) {
         let handle = &world.cell().run.outside.handle;
         let mut worlds = self.cell.worlds.borrow_mut();
         worlds.retain(|w| w.strong_count() > 0 && !std::ptr::eq(w.as_ptr(), Rc::as_ptr(handle)));
         worlds.push(Rc::downgrade(handle));
         world.cell().run.outside.join(&self.cell, world.cell().raw());
-        // A world restored from a snapshot holds the states that services saved.
+        // A world restored from a snapshot contains the states that services saved.
         if let Err(e) = state::restore::services(world.cell()) {
             world.cell().report(Fault::new(FaultKind::Plugin, e.text));
         }
@@ -63,13 +65,13 @@ impl Session {
         *self.cell.interrupt.borrow_mut() = flag;
     }
 
-    /// Lets services take turns before the simulation runs until one requests a start, and then returns `true`. Returns
-    /// `false` if one requests a different scene or the end, if the session is interrupted, or if no service is left.
+    /// Lets services take turns while the simulation is stopped. Returns `true` when a service requests a start, and
+    /// `false` if a service requests a different scene or the end, the session is interrupted, or no service is left.
     pub fn wait_for_start(&self, world: &World) -> bool {
         session::rest(world.cell(), &self.cell)
     }
 
-    /// Returns whether any service is still working.
+    /// Returns whether any service has not been switched off.
     pub fn has_services(&self) -> bool {
         self.cell.any_service()
     }

@@ -6,16 +6,16 @@ use super::World;
 use crate::state::{self, Snapshot};
 
 impl World {
-    /// Captures everything that determines the future of the run, between two steps. The header lists what could not be
-    /// saved. The run continues unaffected.
+    /// Captures all state that determines the future of the run, between two steps. The header lists the instances that
+    /// could not be saved. The run is not affected.
     pub fn snapshot(&self) -> Result<Snapshot> {
         state::take(self.cell())
     }
 
     /// Restores a snapshot in a new world of the snapshot's document.
     ///
-    /// An incomplete snapshot is refused unless `allow_partial` is set; the missing parts are then as at the start of a
-    /// run. If this fails, the world is in a mixed state and must be dropped.
+    /// An incomplete snapshot is refused unless `allow_partial` is set, in which case the missing parts have their
+    /// state at the start of a run. If restoring fails, the world is in an inconsistent state and must be dropped.
     pub fn restore(&self, snapshot: &Snapshot, allow_partial: bool) -> Result {
         let cell = self.cell();
         state::restore::check(cell, snapshot, allow_partial)?;
@@ -23,8 +23,8 @@ impl World {
         state::restore::go_on(cell, snapshot)
     }
 
-    /// Runs a new world up to the snapshot's step, discarding the log lines that were reported the first time, and
-    /// compares the state hash.
+    /// Runs a new world up to the snapshot's step, and compares the state hash. The log lines of these steps are
+    /// discarded, because the original run has reported them.
     pub fn replay(&self, snapshot: &Snapshot) -> Result {
         let cell = self.cell();
         snapshot.check(&cell.model.document, &cell.model.registry)?;

@@ -1,7 +1,8 @@
-//! Answers of callbacks, and the end of scripts that request it or fail.
+//! Processes the answers of callbacks, and ends scripts that request it or fail.
 //!
-//! An answer is a map with the key `cmd`: "cleanup" ends the script, "restart" ends it and starts it again in the next
-//! stage. This is done only when no call into the script is running, because calls into a script can be nested.
+//! An answer is a map. Its key `cmd` is a request: "cleanup" ends the script, and "restart" ends it and starts it again
+//! in the next stage. Requests are carried out only when no call into the script is running, because calls into a
+//! script can be nested.
 
 use std::rc::Rc;
 
@@ -24,7 +25,7 @@ impl Script {
         self.asked.set(self.asked.get().max(ask));
     }
 
-    /// Reads the answer of a callback and notes its request; returns the answer if it is a map.
+    /// Reads the answer of a callback and records its request. Returns the answer if it is a map.
     pub(super) fn capture_errors(&self, frame: &tatu_call) -> Option<Value> {
         if frame.n_results == 0 {
             return None;
@@ -41,7 +42,7 @@ impl Script {
         Some(answer)
     }
 
-    /// Carries out the script's request, unless a call into it is still running.
+    /// Carries out the script's request, unless a call into the script is still running.
     pub(super) fn settle(self: &Rc<Self>, world: &WorldCell) {
         if self.asked.get() == ExitRequest::Nothing || self.depth.get() > 0 {
             return;
@@ -63,7 +64,7 @@ impl Script {
         }
     }
 
-    /// Calls the clean-up callback of a script that has begun, once.
+    /// Calls the `cleanup` callback of a script that has begun, unless it has already been called.
     pub(super) fn clean_up(self: &Rc<Self>, world: &WorldCell) {
         if self.initialised.get() && self.is_there(world) && !self.cleaned.replace(true) {
             let number = self.find(world, TATU_FIND_CALLBACK, b"cleanup");

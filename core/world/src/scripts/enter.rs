@@ -1,4 +1,4 @@
-//! The common path of all calls into a script: depth, caller, budget, error object.
+//! The common path of all calls into a script, which sets the depth, the caller, the budget and the error object.
 
 use std::{ffi::c_void, rc::Rc};
 
@@ -17,7 +17,7 @@ impl Room {
     pub fn new() -> Self {
         Room([ValueRef::NIL.raw(); 64])
     }
-    /// Returns a frame with these arguments, whose results are written to this space.
+    /// Returns a frame with these arguments. Its results are written to this space.
     pub fn frame(&mut self, args: &[tatu_value]) -> tatu_call {
         tatu_call { results: self.0.as_mut_ptr(), results_cap: self.0.len() as u32, ..function_frame(args) }
     }
@@ -100,7 +100,7 @@ pub(super) fn enter_with_error(
     status
 }
 
-/// Returns the script that a function reference belongs to, and the reference's local number.
+/// Returns the script to which a function reference belongs, and the reference's number within the script.
 pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Script>, u32)> {
     let script = world.run.scripts.try_borrow().ok()?.by_id(func >> 32)?;
     script.is_there(world).then_some((script, func as u32))
@@ -127,7 +127,7 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
     })
 }
 
-/// Calls a function of a script, given by the name that the script uses.
+/// Calls the function of a script with this name.
 ///
 /// # Safety
 /// `frame` must point to a frame that, with its arrays, is valid until the call has returned.
@@ -143,7 +143,7 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
     };
     let script = world.run.scripts.try_borrow().ok().and_then(|s| s.by_slot(slot)).filter(|s| s.is_there(world));
     let Some(script) = script else {
-        return refuse(f, TATU_ERR_GONE, &format!("there is no running script {slot}"));
+        return refuse(f, TATU_ERR_GONE, &format!("object {slot} is not a running script"));
     };
     let id = script.find(world, TATU_FIND_FUNCTION, name);
     let Some(call) = script.raw(&world.model.registry).call.filter(|_| id != 0) else {
@@ -161,7 +161,7 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
     status
 }
 
-/// Turns a borrowed function reference into one that is valid until it is dropped.
+/// Converts a borrowed function reference to one that is valid until [`drop_func`] releases it.
 pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func> {
     let (script, local) = owner_of_func(world, func)?;
     let keep = script.raw(&world.model.registry).keep_func?;

@@ -1,4 +1,4 @@
-//! The life cycle of scripts: which callbacks are called when.
+//! The life cycle of scripts: when each callback is called.
 //!
 //! | moment | child scripts | customization scripts, add-ons, sandbox |
 //! |---|---|---|
@@ -10,7 +10,8 @@
 //! | scene restored | | `afterSimulation` |
 //! | end of the world | | `cleanup` |
 //!
-//! A driver (a script of kind `main`) is called before the other scripts, and requests the stages in which they act.
+//! A driver, which is a script of kind `main`, is called before the other scripts, and requests the stages in which
+//! they are called.
 
 use std::rc::Rc;
 
@@ -20,8 +21,8 @@ use super::answers::entry;
 use crate::cell::{Callback, Kind, Phase, Script, Scripts, WorldCell};
 
 impl Scripts {
-    /// Creates the states of scripts that have no state yet and loads their sources: of child scripts and the driver if
-    /// `of_run` is set, otherwise of all others.
+    /// Creates the states of scripts that have no state yet, and loads their sources. If `of_run` is set, this applies
+    /// to child scripts and the driver, otherwise to all other scripts.
     pub fn begin(world: &WorldCell, of_run: bool) {
         let (mut i, mut any) = (0, of_run);
         while let Some(script) = Self::nth(world, i) {
@@ -67,7 +68,7 @@ impl Scripts {
         script.ask_callback(world, number, &[])
     }
 
-    /// Runs a script from outside the document once, up to its `init`, and removes it without another call.
+    /// Runs a script that is not part of the document once, up to its `init`, and removes it without calling it again.
     pub fn run_once(world: &WorldCell, slot: u32) {
         Self::ask_first(world, slot, "init");
         let script = world.run.scripts.borrow().by_slot(slot);
@@ -87,7 +88,7 @@ impl Scripts {
         Self::each_has(world, Callback::BeforeSimulation);
     }
 
-    /// Calls `beforeStep` before the stages of a pass; returns whether a script requests that the pass be skipped.
+    /// Calls `beforeStep` before the stages of a pass, and returns whether a script requests that the pass be skipped.
     pub fn before_step(world: &WorldCell) -> bool {
         let mut hold = false;
         if Self::any_has(world, Callback::BeforeStep) {
@@ -104,13 +105,13 @@ impl Scripts {
         hold
     }
 
-    /// Runs actuation: a new script begins first, and ended waits are resumed before the script's own callback.
+    /// Runs the actuation of all scripts. A new script begins first, and ended waits are resumed before the callback.
     pub fn actuate(world: &WorldCell) {
         Self::not_yet(world, TATU_STAGE_ACTUATE);
         Self::each_in_turn(world, Callback::Actuation, |script| script.actuate(world, &[]));
     }
 
-    /// Runs sensing.
+    /// Runs the sensing of all scripts.
     pub fn react(world: &WorldCell) {
         Self::not_yet(world, TATU_STAGE_REACT);
         Self::each_in_turn(world, Callback::Sensing, |script| script.react(world, &[]));
@@ -122,8 +123,8 @@ impl Scripts {
         turn.set(turn.get() + 1);
     }
 
-    /// Calls, in order, those child scripts below an object that a running stage has not called yet. Returns their
-    /// number.
+    /// Calls, in order, the child scripts below an object that the running stage has not called yet. Returns the number
+    /// of scripts called.
     pub fn call_below(world: &WorldCell, above: u32, stage: u32, args: &[tatu_value]) -> u32 {
         let runs = world.run.stages.try_borrow().is_ok_and(|s| s.iter().any(|(running, _)| *running == stage));
         if !runs || ![TATU_STAGE_ACTUATE, TATU_STAGE_REACT].contains(&stage) {
@@ -162,7 +163,7 @@ impl Scripts {
         Self::each_has(world, callback);
     }
 
-    /// Calls `cleanup` of the run's scripts at the end of the last pass, each once.
+    /// Calls the `cleanup` callbacks of the run's scripts at the end of the last pass, each of them once.
     pub fn clean_up(world: &WorldCell) {
         for script in &*Self::in_order(world) {
             if script.kind.of_run() {
@@ -212,7 +213,8 @@ impl Script {
         }
     }
 
-    /// Calls `f` with the script if stages call it. If it was added while the simulation ran, it begins first.
+    /// Calls `f` with the script, unless it is the driver. If it was added while the simulation was running, it begins
+    /// first.
     pub(super) fn called(self: &Rc<Self>, world: &WorldCell, f: impl Fn(&Rc<Self>)) {
         self.begin_if_late(world);
         if self.kind != Kind::Main && self.is_there(world) {
@@ -255,7 +257,7 @@ impl Script {
     }
 
     /// Runs one pass of the driver: first `init`, then its callbacks, which request the stages, and in the last pass
-    /// `cleanup`. A driver that could not be loaded or that exceeded its budget runs no stage: steps are counted, but
+    /// `cleanup`. If the driver could not be loaded or has exceeded its budget, no stage is run: steps are counted, but
     /// simulation time does not advance.
     pub fn drive(self: &Rc<Self>, world: &WorldCell) {
         if !self.is_there(world) {

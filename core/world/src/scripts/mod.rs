@@ -28,7 +28,7 @@ pub(crate) use snapshot::ScriptImage;
 use crate::cell::{Callback, Kind, Script, ScriptSummary, Scripts, WorldCell};
 
 impl Scripts {
-    /// Adds the scripts of the document; each becomes an object whose parent is its owner.
+    /// Adds the scripts of the document. Each script is represented by an object, whose parent is the script's owner.
     pub fn declare(world: &WorldCell, slots: &[u32]) {
         for (spec, owner) in world.model.document.objects.iter().zip(slots) {
             for s in &spec.scripts {
@@ -65,7 +65,7 @@ impl Scripts {
     fn nth(world: &WorldCell, i: usize) -> Option<Rc<Script>> {
         world.run.scripts.try_borrow().ok()?.list.get(i).cloned()
     }
-    /// Returns whether a script from outside the document could end a pause.
+    /// Returns whether a script that is not part of the document could end a pause.
     pub fn any_addon_waits(&self) -> bool {
         let waits = |s: &Rc<Script>| s.kind >= Kind::Addon && !s.dead.get() && s.number(Callback::Suspended) != 0;
         self.list.iter().any(waits)
@@ -76,7 +76,7 @@ impl Scripts {
         let script = world.run.scripts.try_borrow().ok().and_then(|s| s.by_id(caller.instance));
         script.is_some_and(|s| s.kind.of_run())
     }
-    /// Returns whether any script has a callback.
+    /// Returns whether any script that has begun defines a callback.
     pub fn any_has(world: &WorldCell, callback: Callback) -> bool {
         let has = |s: &Rc<Script>| s.initialised.get() && !s.dead.get() && s.number(callback) != 0;
         world.run.callback_mask.has(callback) && world.run.scripts.try_borrow().is_ok_and(|s| s.list.iter().any(has))
@@ -90,7 +90,8 @@ impl Scripts {
         world.run.scripts.try_borrow().ok()?.list.iter().find(|s| s.kind == Kind::Main).cloned()
     }
 
-    /// Returns all scripts in the current calling order; scripts added while the simulation ran come last.
+    /// Returns all scripts in the current calling order. Scripts that were added while the simulation was running and
+    /// have not begun are last.
     fn in_order(world: &WorldCell) -> Rc<[Rc<Script>]> {
         let (Ok(mut scripts), Ok(scene)) = (world.run.scripts.try_borrow_mut(), world.state.scene.try_borrow()) else {
             return Rc::default();
@@ -109,7 +110,7 @@ impl Scripts {
         all.into()
     }
 
-    /// Chooses the calling order of the world: that of the first language that defines one.
+    /// Sets the calling order of the world to that of the first language that defines one.
     fn choose_order(world: &WorldCell) {
         let all = world.run.scripts.borrow().list.clone();
         let modern = all.iter().any(|s| s.traits.get() & TATU_SCRIPT_MODERN != 0);
@@ -126,14 +127,14 @@ impl Scripts {
         (scripts.order, scripts.sorted_at) = (told.unwrap_or_default(), 0);
     }
 
-    /// Calls `f` with all scripts that stages call, in order. The driver is not among them.
+    /// Calls `f` with all scripts except the driver, in order.
     fn each_called(world: &WorldCell, f: impl Fn(&Rc<Script>)) {
         for script in &*Self::in_order(world) {
             script.called(world, &f);
         }
     }
 
-    /// Like `each_called`, but for a stage that calls a callback; consecutive scripts that permit it run in parallel.
+    /// Like `each_called`, but for a stage that calls a callback. Consecutive scripts that permit it run in parallel.
     fn each_in_turn(world: &WorldCell, callback: Callback, f: impl Fn(&Rc<Script>)) {
         let order = Self::in_order(world);
         let mut rest = 0..order.len();
@@ -181,7 +182,7 @@ impl Scripts {
         });
     }
 
-    /// Calls a callback of the scripts that define it, in order or in reverse order, until one answers with a map.
+    /// Calls a callback of the scripts that define it, in order or in reverse order, until a script answers with a map.
     pub fn ask(world: &WorldCell, callback: Callback, payload: &Value, last_first: bool) -> Option<Value> {
         let mut all = Self::in_order(world).to_vec();
         if last_first {
@@ -227,7 +228,7 @@ impl Scripts {
         }
     }
 
-    /// Ends the instances of scripts whose objects have been removed.
+    /// Cleans up and ends scripts whose objects have been removed.
     pub fn end_removed(world: &WorldCell) {
         let gone: Vec<Rc<Script>> = {
             let (Ok(mut scripts), Ok(scene)) = (world.run.scripts.try_borrow_mut(), world.state.scene.try_borrow())
@@ -243,7 +244,7 @@ impl Scripts {
             gone
         };
         for script in gone {
-            // The object no longer exists, but the state still does, so the script can close its files.
+            // The object no longer exists, but the script's state does, so that the script can close its files.
             if script.initialised.get() && !script.dead.get() && !script.cleaned.get() && !script.data.get().is_null() {
                 script.run_callback(world, script.number(Callback::Cleanup), &[]);
             }
@@ -253,8 +254,8 @@ impl Scripts {
 }
 
 impl Scripts {
-    /// Restores the scripts of the scene to those of an earlier state, whose objects must exist again. Unchanged
-    /// scripts continue. If `texts` is not set, scripts that still exist keep their present texts.
+    /// Restores the scripts of the scene to those of an earlier state. Their objects must have been restored already.
+    /// Unchanged scripts continue. If `texts` is false, scripts that still exist keep their present sources.
     pub fn restore(world: &WorldCell, wanted: &[(u32, ScriptSpec)], texts: bool) {
         let default = world.model.settings.borrow().dialect.clone();
         let mut replaced = Vec::new();
@@ -281,7 +282,7 @@ impl Scripts {
         replaced.iter().for_each(|script| script.end_replaced(world));
     }
 
-    /// Returns a summary of each script, in the order in which they were added.
+    /// Returns a summary of each script, in the order in which the scripts were added.
     pub fn told(world: &WorldCell) -> Vec<ScriptSummary> {
         let Ok(scripts) = world.run.scripts.try_borrow() else { return Vec::new() };
         scripts.list.iter().map(|s| s.tell(world)).collect()

@@ -1,9 +1,9 @@
 //! Scripts that run in parallel, on all threads of the world.
 //!
-//! A scene may permit this for a script (`side_by_side = true`). The script's actuation and sensing then see the world
-//! in the state it had when the first of these scripts was called, and their changes are applied in script order after
-//! all of them have run. They can therefore run in any order and on several threads. The same rules hold with a single
-//! thread, so the number of threads has no influence on the results.
+//! A scene can permit this for a script (`side_by_side = true`). Consecutive scripts of this type then read the world
+//! in its state when the first of them was called, and their changes are applied in script order after all of them have
+//! run. They can therefore run in any order and on several threads. The same rules apply with a single thread, so the
+//! number of threads does not affect the results.
 //!
 //! A script that cannot run in parallel at present (it has not begun, it waits, or its language does not support it)
 //! runs alone after the others.
@@ -23,32 +23,32 @@ use crate::{
     cell::{Callback, DeferredEffect, ExitRequest, Kind, Owner, Script, ScriptWorker, WorkerView, WorldCell},
 };
 
-/// Number of consecutive scripts that a thread takes at a time; neighbours share cache lines.
+/// Number of consecutive scripts that a thread runs at a time, because neighbouring scripts share cache lines.
 const CHUNK: usize = 32;
 
-/// Returns how many of the next scripts may run in parallel.
+/// Returns how many of the next scripts are permitted to run in parallel.
 pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
-    // Stand-ins are created as scripts look up objects, which needs the world itself.
+    // Stand-ins are created when scripts look up objects, which requires access to the world itself.
     if world.run.stand_ins.is_on() {
         return 0;
     }
     order.iter().take_while(|s| s.side_by_side).count()
 }
 
-/// Data shared by the threads of a stage.
+/// Data that the threads of a stage share.
 struct Stage<'a> {
     world: &'a WorldCell,
     order: &'a [Rc<Script>],
     callback: Callback,
-    /// Index and number of the current turn, by which a script knows whether it has been called.
+    /// Index of the stage, and number of its current turn, which show whether a script has been called in this turn.
     turn: (usize, u64),
     /// Whether any command waits for a script.
     waits: bool,
-    /// For each worker, the next of its chunks that is not taken, and the end of its chunks.
+    /// For each worker, the first of its chunks that no worker has taken, and the end of its chunks.
     chunks: Vec<(AtomicUsize, usize)>,
 }
 
-/// Runs scripts in parallel; `alone` runs those that cannot.
+/// Runs scripts in parallel. `alone` runs a script that cannot run in parallel at present.
 pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, alone: &impl Fn(&Rc<Script>)) {
     let chunks = order.len().div_ceil(CHUNK);
     let workers = world.run.pool().current_num_threads().min(chunks);
@@ -142,7 +142,8 @@ fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, a
     }
 }
 
-/// Applies the drives that parallel scripts have set, up to the first effect of another kind. Returns their number.
+/// Applies the drive properties that parallel scripts have set, up to the first effect of another kind. Returns the
+/// number of effects applied.
 fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
     let (Ok(mut scene), Ok(mut dynamics)) = (world.state.scene.try_borrow_mut(), world.state.dynamics.try_borrow_mut())
     else {
@@ -160,7 +161,8 @@ fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
 }
 
 impl Stage<'_> {
-    /// Runs chunks of scripts in a worker: first its own, then chunks that other workers have not taken.
+    /// Runs chunks of scripts in a worker: first the worker's own chunks, then chunks that other workers have not
+    /// taken.
     fn work(&self, own: usize, worker: &ScriptWorker) {
         // SAFETY: the world that `worker` refers to is alive and unchanged during the call: `run` holds shared borrows
         // of all parts that workers read, until all threads are done.

@@ -13,7 +13,7 @@ use crate::{
 /// The state that an instance saved, or the reason why it could not be saved.
 pub(crate) type Written = Result<InstanceImage, String>;
 
-/// The fate of a script's state when it is replaced.
+/// The outcome for a script's state when the script is replaced.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Handed {
     /// The new script continues with the state of the old one.
@@ -25,8 +25,8 @@ pub(crate) enum Handed {
 }
 
 impl Scripts {
-    /// Returns the scripts of a language's plugin, with the state that each saved, or `None` for a script that has not
-    /// begun or has failed.
+    /// Returns the scripts whose language belongs to a plugin, each with its saved state, or `None` for a script that
+    /// has not begun or has failed.
     pub fn written(world: &WorldCell, plugin: usize) -> Vec<(Rc<Script>, Option<Written>)> {
         let all = world.run.scripts.borrow().list.clone();
         let of_plugin = all.into_iter().filter(|s| s.plugin(world) == plugin);
@@ -38,8 +38,8 @@ impl Scripts {
         world.run.scripts.borrow().list.iter().filter(|s| s.kind >= Kind::Addon).cloned().collect()
     }
 
-    /// Replaces a script with a new one and passes the state on. The caller must still [end](Script::end_replaced) the
-    /// old one.
+    /// Replaces a script with a new one, and passes on its state. The caller must [end](Script::end_replaced) the old
+    /// script afterwards.
     pub fn replace(world: &WorldCell, old: &Rc<Script>, new: &Rc<Script>, image: Option<Written>) -> Handed {
         if let Some(place) = world.run.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {
             *place = new.clone();
@@ -55,7 +55,7 @@ impl Scripts {
     }
 }
 
-/// Returns the byte range of a line, counted from 1.
+/// Returns the byte range of a line, counted from 1; empty at 0 if there is no such line.
 fn line_of(text: &[u8], line: usize) -> std::ops::Range<usize> {
     let mut start = 0;
     for (i, l) in text.split(|b| *b == b'\n').enumerate() {
@@ -81,7 +81,7 @@ impl Script {
         }
     }
 
-    /// Returns the script's saved state, or `None` if it has none.
+    /// Saves the script's state, or returns `None` if the script has no state.
     pub fn written(&self, world: &WorldCell) -> Option<Written> {
         let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
         // Event handlers belong to the state that registered them.
@@ -90,17 +90,17 @@ impl Script {
         lives.then(|| if listens { why() } else { self.save(world) })
     }
 
-    /// Creates a script to replace this one. The new script has begun if this one has, and it is not in the list yet.
-    /// If its source cannot be loaded, this fails and changes nothing.
+    /// Creates a script to replace this one, and loads its source if this script has been loaded. The new script is not
+    /// in the list of scripts yet. If its source cannot be loaded, returns an error and changes nothing.
     pub fn renewed(&self, world: &WorldCell, spec: Option<&ScriptSpec>) -> Result<Rc<Script>> {
         let default = world.model.settings.borrow().dialect.clone();
         let own = self.spec(self.text.to_vec());
         let new = Rc::new(Script::new(self.slot, self.kind, spec.unwrap_or(&own), default));
-        // The id comes from a separate range, so that the ids of later instances do not change.
+        // The id is from a separate range, so that the ids of later instances do not change.
         if let Err((status, mut error)) = new.try_begin(world, world.devices.new_replacement()) {
             let fault = new.fault(world, status, error.raw());
             new.destroy(world);
-            let text = format!("the new text of {} cannot be loaded: {}", new.name, fault.message);
+            let text = format!("the new source of {} cannot be loaded: {}", new.name, fault.message);
             let place = fault.line.map(|line| Place {
                 file: fault.file.unwrap_or_default().into(),
                 line: line as usize,
@@ -109,17 +109,17 @@ impl Script {
             });
             return Err(Error::new("E306", text)
                 .at(place)
-                .help("correct the file; until then, the old version stays in use"));
+                .help("correct the file; until then, the old version remains in use"));
         }
         if self.data.get().is_null() {
-            // The script was loaded only to check it; it begins when this one would have begun.
+            // The script was loaded only to check its source. It begins when this script would have begun.
             new.destroy(world);
         }
         Ok(new)
     }
 
-    /// Loads the state before `init`, which the language accepts if the sources are equivalent; otherwise runs `init`
-    /// and lets the language restore the parts that fit.
+    /// Loads the state without calling `init`, which the language accepts if the sources are equivalent. Otherwise,
+    /// calls `init` and lets the language restore the parts of the state that fit.
     fn take_over(self: &Rc<Self>, world: &WorldCell, image: &InstanceImage) -> Handed {
         let load = || {
             let life = &world.model.registry.languages[self.language].life;
@@ -131,7 +131,7 @@ impl Script {
             self.find_callbacks(world);
             return Handed::Kept;
         }
-        // A load that failed may have changed a part of the state.
+        // A failed load may have changed a part of the state.
         self.destroy(world);
         if let Err((status, mut error)) = self.try_begin(world, world.devices.new_replacement()) {
             self.fail(world, status, error.raw());

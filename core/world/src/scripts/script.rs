@@ -1,4 +1,4 @@
-//! A single script: its creation, its callbacks, its waits, its end.
+//! A single script: its creation, its callbacks, its waits and its end.
 
 use std::rc::Rc;
 
@@ -32,14 +32,16 @@ impl Script {
         &registry.languages[self.language].raw
     }
 
-    /// Creates the script's state and loads its source. An error is reported, and the script never runs.
+    /// Creates the script's state and loads its source. If this fails, the error is reported, and the script does not
+    /// run.
     pub(super) fn begin(&self, world: &WorldCell) {
         if let Err((status, mut error)) = self.try_begin(world, world.devices.new_instance()) {
             self.fail(world, status, error.raw());
         }
     }
 
-    /// Like `begin`, but with a given instance id. If it fails, the script is dead, and nothing has been reported.
+    /// Like `begin`, but with a given instance id. If it fails, the script must not be called, and the error is
+    /// returned instead of being reported.
     pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
         let language = &world.model.registry.languages[self.language];
         let plugin = &world.model.registry.plugins[language.plugin];
@@ -85,7 +87,7 @@ impl Script {
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         let load = || {
-            // SAFETY: `data` points to the instance that `create` created. The texts, `chosen` and the error object
+            // SAFETY: `data` points to the instance that `create` created. The strings, `chosen` and the error object
             // live until the call has returned.
             language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
         };
@@ -101,7 +103,7 @@ impl Script {
             text.ptr.addr() <= chosen.ptr.addr() && chosen.ptr.addr() < text.ptr.addr() + text.len as usize
         };
         if chosen.len > 0 && [text, name, dialect].into_iter().any(is_within) {
-            let what = "returned a dialect in `chosen` that points into its arguments; it must own this text";
+            let what = "returned a dialect in `chosen` that points into its arguments; it must own this string";
             self.breach(world, Call::ScriptLoad, what);
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
@@ -113,13 +115,14 @@ impl Script {
             self.breach(
                 world,
                 Call::ScriptTraits,
-                &format!("returned the traits {traits:#x}, of which only {known:#x} are known"),
+                &format!("returned the traits {traits:#x}, but only the bits {known:#x} are defined"),
             );
         }
         let traits = if traits & !known == 0 { traits } else { 0 };
         self.traits.set(traits);
         self.threaded.set(traits & TATU_SCRIPT_THREADED != 0);
-        // SAFETY: the text is owned by the instance, which was just created and lives until it has been copied.
+        // SAFETY: the string is owned by the instance, which was just created and lives until the string has been
+        // copied.
         *self.told.dialect.borrow_mut() = unsafe { tatu_plugins::border::text(self.dialect.get()) }.into_owned();
         self.told.renumber();
         Ok(())
@@ -128,8 +131,8 @@ impl Script {
     /// Returns the order that the script's language requires in a world with this dialect, if any.
     pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<Order> {
         let order = self.raw(&world.model.registry).order?;
-        // SAFETY: `self.data` points to a live instance of the language, whose plugin is never unloaded. The text lives
-        // until the call has returned.
+        // SAFETY: `self.data` points to a live instance of the language, whose plugin is never unloaded. The string
+        // lives until the call has returned.
         let order = || unsafe { order(self.data.get(), raw(dialect.as_bytes()), modern.into()) };
         match world.cross_quietly(self.plugin(world), Call::ScriptOrder, self.slot, order) {
             0 => None,
@@ -140,7 +143,7 @@ impl Script {
         }
     }
 
-    /// Adds the script's current position to a fault, while a command that it called is running.
+    /// Adds the script's current position to a fault, while a command that the script has called is running.
     pub fn place(&self, world: &WorldCell, fault: &mut Fault) {
         let Some(place) = self.raw(&world.model.registry).place.filter(|_| !self.data.get().is_null()) else { return };
         let mut error = ErrorSlot::new();
@@ -208,7 +211,7 @@ impl Script {
         self.callback_with(world, id, &[]);
     }
 
-    /// Calls a callback. An error becomes a fault of this script, whose set of callbacks may change.
+    /// Calls a callback. An error is reported as a fault of this script; afterwards, the callbacks are looked up again.
     pub(super) fn callback_with(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
         if self.is_there(world) {
             self.run_callback(world, id, args);
@@ -220,7 +223,7 @@ impl Script {
         self.settle(world);
     }
 
-    /// Calls a callback and returns its answer, if that is a map.
+    /// Calls a callback, and returns its answer if it is a map.
     pub(super) fn ask_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) -> Option<Value> {
         self.ask_and(world, id, args, |status, error| {
             self.fail(world, status, error);
@@ -259,8 +262,7 @@ impl Script {
         answer
     }
 
-    /// Resumes ended waits of this script: the commands are called again, and their results are passed to the
-    /// coroutine.
+    /// Resumes the ended waits of this script: calls the commands again, and passes their results to the coroutines.
     pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
         let owner = Owner::Script(self.id.get());
         let due = world.run.calls.waits.borrow_mut().take_due(owner, |due| world.is_over(due));
@@ -352,8 +354,8 @@ impl Script {
         }
     }
 
-    /// Reports an error of the script, once per position. Scripts of some dialects, and scripts from outside the
-    /// document, are silenced afterwards.
+    /// Reports an error of the script. Scripts of some dialects, and scripts that are not part of the document, are
+    /// silenced afterwards.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {
@@ -374,7 +376,7 @@ impl Script {
         }
         fault.script = Some(self.name.clone());
         if let Ok(scene) = world.state.scene.try_borrow() {
-            // Scripts from outside the document have no owner.
+            // Scripts that are not part of the document have no owner.
             fault.object = scene.get(self.slot).filter(|o| o.parent != 0).map(|o| scene.path(o.parent));
         }
         (fault.help, fault.traceback) = (help, traceback);
@@ -386,7 +388,7 @@ impl Script {
             fault.plugin = Some(language.clone());
         }
         if status == TATU_ERR_BUDGET {
-            fault.help = Some("look for an endless loop, or raise the limit: [scene.budget] instructions".into());
+            fault.help = Some("look for an endless loop, or increase `instructions` in [scene.budget]".into());
         }
         fault
     }

@@ -1,4 +1,4 @@
-//! Scripts in snapshots: the host's record of each, and the state that its language saved.
+//! Scripts in snapshots: the host's data of each script, and the state that its language saved.
 
 use serde::{Deserialize, Serialize};
 use tatu_errors::{Error, Result};
@@ -12,7 +12,7 @@ use crate::{
 #[derive(Serialize, Deserialize)]
 pub struct ScriptImage {
     pub slot: u32,
-    /// Instance id, or 0 if it had no state.
+    /// Instance id, or 0 if the script had no state.
     pub id: u64,
     pub initialised: bool,
     pub dead: bool,
@@ -27,7 +27,7 @@ pub struct ScriptImage {
 }
 
 impl Scripts {
-    /// Returns the images of all scripts; adds those that could not be saved to `missed`.
+    /// Returns the images of all scripts, and adds the scripts that could not be saved to `missed`.
     pub fn images(world: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ScriptImage> {
         let mut out = Vec::new();
         while let Some(script) = Self::nth(world, out.len()) {
@@ -42,7 +42,7 @@ impl Scripts {
             out.push(ScriptImage {
                 slot: script.slot,
                 id: script.id.get(),
-                // A script whose state could not be saved starts from scratch, if it is restored at all.
+                // If the snapshot is restored, a script whose state could not be saved starts from scratch.
                 initialised: script.initialised.get() && captured,
                 dead: script.dead.get(),
                 cleaned: script.cleaned.get(),
@@ -57,7 +57,8 @@ impl Scripts {
         out
     }
 
-    /// Ends the scripts that are not in `slots`. They are not cleaned up, since that was done before the snapshot.
+    /// Ends the scripts that are not in `slots`. Their `cleanup` is not called, since it was called before the
+    /// snapshot.
     pub fn end_others(world: &WorldCell, slots: &[u32]) {
         let (keep, gone) = std::mem::take(&mut world.run.scripts.borrow_mut().list)
             .into_iter()
@@ -118,7 +119,7 @@ impl Script {
         }
         let language = &world.model.registry.languages[self.language];
         if language.life.save.is_none() {
-            return Err(format!("the language `{}` cannot write the state of a script", language.id));
+            return Err(format!("the language `{}` cannot save the state of a script", language.id));
         }
         let of = Living { plugin: language.plugin, slot: self.slot, data: self.data.get() };
         save_instance(world, &of, &language.life, &[])

@@ -1,13 +1,13 @@
-//! Helpers shared by all host functions: finding the world, checking arguments, refusing, lending memory.
+//! Helpers of all host functions, which look up the world, check arguments, refuse calls and lend memory.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::cell::{Calls, Function, WorldCell};
 
-/// The parts of the world that every host function may use: the message of a refusal, and memory to lend.
+/// The parts of the world that every host function uses: the message of a refusal, and memory to lend.
 ///
-/// A function that calls no plugin receives a separate context, with an answer and the parts of the world that it
-/// needs; see [`with`]. A function that may call a plugin receives the whole world.
+/// A function that does not call plugins receives a separate context, which consists of an `Answer` and the parts of
+/// the world that it uses; see [`with`]. A function that can call a plugin receives the whole world.
 #[derive(Clone, Copy)]
 pub(super) struct Answer<'a> {
     pub calls: &'a Calls,
@@ -21,10 +21,10 @@ impl<'a> From<&'a WorldCell> for Answer<'a> {
     }
 }
 
-/// The result of a host function: done, or refused with a status whose message has been recorded.
+/// The result of a host function. If it is an error, the function was refused with this status.
 pub(super) type Done = Result<(), tatu_status>;
 
-/// Calls `f` with a world, if the running call may use the function.
+/// Calls `f` with a world, if the function is allowed during the running call.
 pub(super) fn on<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
     here(world, function, |world| match world.worker {
         None => f(world),
@@ -47,7 +47,7 @@ pub(super) fn with<'a, C: From<&'a WorldCell>>(
     on(world, function, |world| f(world.into()))
 }
 
-/// Returns the world for a function that returns no status, or `None` if the function is refused.
+/// Returns the world for a function that does not return a status, or `None` if the function is refused.
 pub(super) fn here_now<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
     WorldCell::admit(world, function).ok()
 }
@@ -57,7 +57,7 @@ pub(super) fn alone<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a W
     here_now(world, function).filter(|cell| cell.worker.is_none())
 }
 
-/// Returns an argument or a reference to the memory for a result, and refuses null.
+/// Returns a pointer argument as a reference, and refuses null. The message describes the argument as `what`.
 #[inline]
 pub(super) fn place<'a, T>(answer: impl Into<Answer<'a>>, what: &str, given: Option<T>) -> Result<T, tatu_status> {
     given.ok_or_else(|| refuse_null(answer, what))
@@ -68,7 +68,7 @@ pub(super) fn refuse_null<'a>(answer: impl Into<Answer<'a>>, what: &str) -> tatu
     answer.into().calls.refuse(TATU_ERR_ARGUMENT, &format!("expected {what}, found null"))
 }
 
-/// Checks that the pointer to a list is not null.
+/// Checks that the pointer to an array is not null.
 pub(super) fn needs<'a, T>(answer: impl Into<Answer<'a>>, what: &str, pointer: *const T) -> Done {
     match pointer.is_null() {
         false => Ok(()),
@@ -76,10 +76,10 @@ pub(super) fn needs<'a, T>(answer: impl Into<Answer<'a>>, what: &str, pointer: *
     }
 }
 
-/// Returns a list of `n` elements given by a caller, and refuses null unless `n` is 0.
+/// Returns the array of `n` elements that a caller passes, and refuses null unless `n` is 0.
 ///
 /// # Safety
-/// `pointer` must be null or point to `n` elements that stay valid and unchanged for `'a`.
+/// `pointer` must be null or point to `n` elements that remain valid and unchanged for `'a`.
 pub(super) unsafe fn list_of<'a, T>(
     answer: impl Into<Answer<'a>>,
     what: &str,
@@ -90,12 +90,12 @@ pub(super) unsafe fn list_of<'a, T>(
         return Ok(&[]);
     }
     needs(answer, what, pointer)?;
-    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that stay valid and
+    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that remain valid and
     // unchanged for `'a`.
     Ok(unsafe { std::slice::from_raw_parts(pointer, n as usize) })
 }
 
-/// Like `list_of`, but for a list to write to.
+/// Like `list_of`, but for an array to write to.
 ///
 /// # Safety
 /// As for [`list_of`]; in addition, nothing else may use the elements during the call.
@@ -109,12 +109,12 @@ pub(super) unsafe fn room_of<'a, T>(
         return Ok(&mut []);
     }
     needs(answer, what, pointer)?;
-    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that stay valid and are
-    // not aliased for `'a`.
+    // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that remain valid and
+    // are not aliased for `'a`.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer, n as usize) })
 }
 
-/// Checks that a frame has the full size, and that its arrays are not null.
+/// Checks that a frame has the full size, and that its arrays are not null unless they are empty.
 #[inline]
 pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> Done {
     // SAFETY: `frame` is null or points to a frame that is valid during the call and begins with its size; other fields
@@ -152,7 +152,7 @@ pub(super) fn busy<'a>(answer: impl Into<Answer<'a>>) -> tatu_status {
     let answer = answer.into();
     let text = match answer.beside {
         false => "not possible from within this call",
-        true => "not possible in a script that runs side by side with others",
+        true => "not possible in a script that runs in parallel with others (`side_by_side`)",
     };
     answer.calls.refuse(TATU_ERR_BUSY, text)
 }
@@ -177,7 +177,7 @@ pub(super) fn slot<'a>(
     })
 }
 
-/// Copies a list into a caller's array as far as it fits, and returns its full length in `n`.
+/// Copies as many elements of a list as fit to a caller's array, and writes the length of the list to `n`.
 ///
 /// # Safety
 /// `out` must be null or have room for `cap` elements.
@@ -193,7 +193,7 @@ pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&
     Ok(())
 }
 
-/// Copies a text into the world's arena, where it is valid until the plugin's call returns.
+/// Copies a string to the world's arena, where it is valid until the plugin's call returns.
 pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
     let answer = answer.into();
     let mut arena = answer.calls.arena.try_borrow_mut().map_err(|_| busy(answer))?;
@@ -209,7 +209,7 @@ pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Len
     }
 }
 
-/// Copies a value into the world's arena, where it is valid until the plugin's call returns, and writes its ABI form to
+/// Copies a value to the world's arena, where it is valid until the plugin's call returns, and writes its ABI form to
 /// `out`.
 pub(super) fn give<'a>(answer: impl Into<Answer<'a>>, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
     let answer = answer.into();

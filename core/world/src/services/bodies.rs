@@ -1,4 +1,4 @@
-//! `tatu.host.bodies`: velocities, forces, contacts.
+//! `tatu.host.bodies`: velocities, forces and contacts of bodies.
 
 use nalgebra::Vector3;
 use tatu_physics::{BodyId, Contact, Twist};
@@ -33,7 +33,7 @@ extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64;
     })
 }
 
-/// Returns the body of a dynamic shape, with mass and inertia; if the shape is new, the body is created first.
+/// Returns the body of a dynamic shape. If the shape is new, its body is created first.
 fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     match body_now(world, object) {
         Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => {
@@ -57,7 +57,7 @@ fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_statu
     })
 }
 
-/// Returns three numbers, which are zeros for null, or `None` if one is not finite.
+/// Converts three numbers to a vector, which is zero for null. Returns `None` if a number is not finite.
 fn three(v: Option<&[f64; 3]>) -> Option<Vector3<f64>> {
     let v = v.copied().unwrap_or_default();
     v.iter().all(|x| x.is_finite()).then(|| Vector3::from(v))

@@ -8,9 +8,9 @@ use super::{answer::Done, properties};
 use crate::{cell::WorldCell, run::World};
 
 impl World {
-    /// Returns a property of an object, given by path or unique name: a row such as `joint.position`, or a parameter or
-    /// command of a sensor or actuator, `<kind>.<key>`. An empty path is the world itself, with keys such as
-    /// `scene.time`.
+    /// Returns a property of an object, given by path or unique name. `key` is a property such as `joint.position`, or
+    /// a parameter or command of a sensor or actuator in the form `<kind>.<key>`. An empty path stands for the world
+    /// itself, which has keys such as `scene.time`.
     ///
     /// # Errors
     /// There is no such object or property.
@@ -35,7 +35,7 @@ impl World {
     }
 }
 
-/// Numbers of an object that are looked up once by [`World::channel`], and then read or set in each step.
+/// Numeric values of an object that are looked up once by [`World::channel`], and can then be read or set in each step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
     object: tatu_object,
@@ -53,11 +53,11 @@ enum Source {
 }
 
 impl World {
-    /// Finds numbers of an object, given by path or unique name: a field of its readings, such as `range_scan.ranges`,
-    /// or a property, as for [`get`](Self::get).
+    /// Looks up numeric values of an object, given by path or unique name: a field of its readings, such as
+    /// `range_scan.ranges`, or a property, as for [`get`](Self::get).
     ///
     /// # Errors
-    /// There is no such object, field or property, or it does not consist of numbers.
+    /// There is no such object, field or property, or the field or property does not consist of numbers.
     pub fn channel(&self, path: &str, name: &str) -> Result<Channel, Refusal> {
         let cell = &**self.cell();
         let object = find(cell, path)?;
@@ -75,7 +75,7 @@ impl World {
         Ok(Channel { object, source: Source::Property(prop), shape })
     }
 
-    /// Reads the current numbers of a channel into `out`, which must have as many elements as the shape of the channel.
+    /// Reads the current values of a channel into `out`, which must have as many elements as the shape of the channel.
     /// If a reading has become shorter, the rest of `out` is filled with NaN; if it has become longer, its excess is
     /// omitted.
     ///
@@ -120,7 +120,7 @@ impl World {
     }
 }
 
-/// Finds a field of a sensor's reading by name, with its shape.
+/// Returns the index and the shape of a field of a sensor's reading.
 fn field(cell: &WorldCell, object: tatu_object, name: &str) -> Option<(usize, Vec<usize>)> {
     let (scene, sensing) = (cell.state.scene.borrow(), cell.devices.sensing.borrow());
     let device = sensing.device(scene.resolve(object).ok()?)?;
@@ -181,7 +181,7 @@ fn why(cell: &WorldCell, status: tatu_status) -> Refusal {
     Refusal(status, cell.run.calls.last.borrow().text())
 }
 
-/// Like [`why`], for an object that may lack the property: names a similar one that it has.
+/// Like [`why`], but if the object does not have the property, the message suggests a similar one.
 fn why_not(cell: &WorldCell, status: tatu_status, object: tatu_object, key: &str) -> Refusal {
     let mut refusal = why(cell, status);
     if matches!(status, TATU_ERR_MISSING | TATU_ERR_ARGUMENT)
@@ -192,7 +192,8 @@ fn why_not(cell: &WorldCell, status: tatu_status, object: tatu_object, key: &str
     refusal
 }
 
-/// Returns the property or field of an object whose name is most similar to one that it lacks.
+/// Returns the property or field of an object whose name is most similar to `key`, or `None` if it has the property
+/// `key`.
 fn nearest_property(cell: &WorldCell, object: tatu_object, key: &str) -> Option<String> {
     let scene = cell.state.scene.borrow();
     let data = scene.resolve(object).ok().and_then(|slot| scene.get(slot));
@@ -212,7 +213,7 @@ fn nearest_property(cell: &WorldCell, object: tatu_object, key: &str) -> Option<
     if names.iter().any(|name| name == key) {
         return None;
     }
-    // The prefix counts for little: `target_velocity` is meant as `joint.target_velocity`.
+    // The last part of the name has precedence: `target_velocity` probably means `joint.target_velocity`.
     let last = |name: &str| name.rsplit('.').next().map(str::to_owned);
     let same = names.iter().find(|name| last(name) == last(key));
     same.map(String::as_str).or_else(|| nearest(key, names.iter().map(String::as_str))).map(str::to_owned)

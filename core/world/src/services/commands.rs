@@ -1,4 +1,4 @@
-//! `tatu.host.commands`: the commands of all plugins, constants, preludes, the arena, function references.
+//! `tatu.host.commands`: the commands of all plugins, constants, preludes, the arena, and function references.
 
 use std::ffi::c_void;
 
@@ -159,7 +159,7 @@ unsafe extern "C" fn release(w: WorldRef<'_>, mark: u64) {
 
 extern "C" fn retain(w: WorldRef<'_>, func: tatu_func, kept: Option<&mut tatu_func>) -> tatu_status {
     let last = |world: &WorldCell| match functions::is_of_client(func) {
-        // Client functions are valid as long as their client.
+        // Functions of clients are valid as long as the client exists.
         true => functions::is_there(world, func).then_some(func),
         false => scripts::keep_func(world, func),
     };

@@ -1,5 +1,5 @@
 //! Access to a sensor's or actuator's parameters and commands by the key `<kind>.<key>`. A changed parameter is passed
-//! to the instance if it is live, otherwise the instance is recreated.
+//! to the instance if the plugin supports this; otherwise, the instance is recreated.
 
 use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -42,7 +42,8 @@ fn meaning(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Opti
     }
 }
 
-/// Refuses an unknown key; the message names the nearest key or, if none is similar, all keys of the object's kind.
+/// Refuses an unknown key. The message suggests the most similar key or, if no key is similar, lists all keys of the
+/// object's kind.
 fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu_status {
     let key = world.model.registry.host().key(prop).unwrap_or_default();
     let mut text = format!("object {slot} `{}` has no property `{key}`", scene.path(slot));
@@ -84,7 +85,7 @@ pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Valu
     found.ok_or_else(|| missing(world, &scene, slot, prop))
 }
 
-/// Checks a value against its declaration. A list of one number is accepted as that number.
+/// Checks a value against its declaration. An array of one number is accepted as a number.
 fn checked(world: &WorldCell, declared: &Declared, prop: tatu_prop, value: Value) -> Result<Value, tatu_status> {
     let value = match value {
         Value::Floats(v) if v.len() == 1 && declared.kind != TATU_F64S => Value::Float(v[0]),
@@ -142,11 +143,12 @@ impl Stop {
     }
 }
 
-/// Slot, full handle and name of a device's object.
+/// The slot, the full handle and the name of a device's object.
 type Whose<'a> = (u32, tatu_object, &'a str);
 
-/// Changes a parameter of a sensor. A live parameter is passed to the instance, whose beams are then requested again;
-/// otherwise the instance is recreated. No borrow is held while the plugin is called.
+/// Changes a parameter of a sensor. If the parameter can be changed in a live instance, it is passed to the instance,
+/// whose beams are then requested again. Otherwise, the instance is recreated. No borrow is held while the plugin is
+/// called.
 fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize), value: Value) -> Result<(), Stop> {
     let (slot, ..) = whose;
     let info = &world.model.registry.sensors[kind];
@@ -177,8 +179,8 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     Ok(())
 }
 
-/// Sets several parameters of a sensor at once and recreates it, because they might contradict each other if set one by
-/// one.
+/// Sets several parameters of a sensor at once and recreates it. If they were set one by one, they might contradict
+/// each other in between.
 pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usize, Value)>) -> Done {
     let (slot, owner, name) = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
@@ -198,7 +200,7 @@ pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usi
 fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, params: Vec<Value>) -> Result<(), Stop> {
     let mut instance = world.instance_info(owner, name);
     if let Some(old) = world.devices.sensing.try_borrow().map_err(|_| Stop::Busy)?.device(slot) {
-        // This is still the same sensor, so its random numbers continue, even if it was renamed.
+        // The sensor keeps its seed, even if it was renamed, so that its random numbers continue.
         instance.seed = old.seed;
     }
     let mut made = create_sensor(world, kind, slot, instance, params).map_err(Stop::Refused)?;

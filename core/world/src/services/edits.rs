@@ -1,4 +1,4 @@
-//! `tatu.host.edits`: edits that can be undone, and saving them.
+//! `tatu.host.edits`: begins, ends, undoes and saves edits.
 
 use std::path::{Path, PathBuf};
 
@@ -30,7 +30,7 @@ pub static TABLE: tatu_host_edits = tatu_host_edits {
     kind: Some(kind),
 };
 
-/// File name under which an added text is read, for errors.
+/// File name for error messages, under which an added text is read.
 const ADDED: &str = "added.toml";
 
 fn refuse(world: &WorldCell, e: &Error) -> tatu_status {
@@ -42,7 +42,7 @@ extern "C" fn begin(w: WorldRef<'_>, label: Lent<'_>, merge: Lent<'_>) -> tatu_s
     on(w, Function::acts("edits.begin"), |world| {
         free(world)?;
         if label.bytes().is_empty() {
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "an edit needs a label that describes it"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "the label of an edit must not be empty"));
         }
         edits::begin(world, &label.text(), &merge.text());
         Ok(())
@@ -83,11 +83,10 @@ extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
         let is_script = world.run.calls.caller.get().script != 0;
         let path = PathBuf::from(file.text().into_owned());
         if is_script && (file.bytes().is_empty() || saving::is_own(world, &path)) {
-            let text =
-                "only the page, remote clients and the program can save to the scene's own file; name another file";
+            let text = "only the page, remote clients and the program can save to the scene's own file; choose a different file";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         }
-        // A replay recomputes the run and writes no files. The save is still noted, because it separates edits.
+        // A replay recomputes the run and does not write files. The save is still recorded, because it separates edits.
         if world.run.outside.replay.borrow().is_some() {
             world.model.history.borrow_mut().note_saved();
             return Ok(());
@@ -121,7 +120,12 @@ extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>, how: u32) -> tatu_status {
             TATU_OPEN_FILE => None,
             TATU_OPEN_NEW => Some(recovery::new_scene(&file).map_err(|e| refuse(world, &e))?),
             TATU_OPEN_RECOVERED => Some(recovery::read(world, &file).map_err(|e| refuse(world, &e))?),
-            _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown mode of opening: {how}"))),
+            _ => {
+                return Err(world
+                    .run
+                    .calls
+                    .refuse(TATU_ERR_ARGUMENT, &format!("unknown mode {how}; expected one of TATU_OPEN_*")));
+            }
         };
         switch_to(world, file, sources)
     })

@@ -1,4 +1,4 @@
-//! `tatu.host.events`: publishing events and subscribing to them.
+//! `tatu.host.events`: publishes events, and manages subscriptions to them.
 
 use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -24,15 +24,15 @@ extern "C" fn publish(w: WorldRef<'_>, name: Lent<'_>, payload: Option<&ValueRef
     on(w, Function::acts("events.publish"), |world| {
         let name = name.text();
         if !name.contains('.') {
-            let said = format!("`{name}` cannot be published: names without a dot belong to the host");
+            let said = format!("`{name}` cannot be published: names without a dot are reserved for the host");
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
         let payload = payload.copied().unwrap_or(ValueRef::NIL);
-        // A script's empty table may arrive as an empty list.
+        // A script's empty table can be passed as an empty list or array.
         let nothing = payload.is_nil() || (TATU_F64S..=TATU_LIST).contains(&payload.tag()) && payload.is_empty();
         if !nothing && payload.tag() != TATU_MAP {
-            let found = payload.to_value().map_or("a broken value".into(), |v| describe(&v));
-            let said = format!("the payload of `{name}` is {found}; a payload is a table with names");
+            let found = payload.to_value().map_or("an invalid value".into(), |v| describe(&v));
+            let said = format!("the payload of `{name}` is {found}; expected a table with keys");
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
         if !world.run.outside.wants(&name) {
@@ -64,7 +64,7 @@ extern "C" fn subscribe(w: WorldRef<'_>, name: Lent<'_>, handler: tatu_func, id:
     })
 }
 
-/// Checks that an event with this name can exist.
+/// Checks that there can be an event with this name.
 fn check(world: &WorldCell, name: &str) -> Done {
     let declared = &world.model.registry.events;
     if name == ALL || name.contains('.') || declared.iter().any(|e| e.name == name) {

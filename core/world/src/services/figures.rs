@@ -29,7 +29,7 @@ pub static TABLE: tatu_host_figures = tatu_host_figures {
     image: Some(super::shown::image),
 };
 
-/// The parts of the world used by functions that access figures.
+/// The parts of the world that the functions of this table use.
 struct Context<'a> {
     scene: &'a RefCell<Scene>,
     figures: &'a RefCell<Figures>,
@@ -64,7 +64,7 @@ fn missing<T>(what: &str, id: i64) -> Result<T, Refusal> {
     Err(Refusal(TATU_ERR_MISSING, format!("there is no {what} {id}")))
 }
 
-/// Converts a map given by a caller.
+/// Copies the map that a caller passes.
 fn keys(answer: Answer<'_>, map: Option<&ValueRef<'_>>) -> Result<Option<Value>, tatu_status> {
     map.map(|map| map.to_value()).transpose().map_err(|e| answer.calls.refuse(e.code(), e.text()))
 }
@@ -158,8 +158,8 @@ unsafe extern "C" fn put(
                     all.remove_orphans(scene);
                     if !numbers.is_empty() && all.bytes() + 8 * numbers.len() as u64 > room {
                         let text = format!(
-                            "drawings of the scene would take more than {} MB, the memory that its scripts may use: remove \
-                             items, or raise `budget.memory_mb` of the scene",
+                            "drawings of the scene would exceed {} MB, the memory limit of its scripts: remove \
+                             items, or raise `budget.memory_mb` in the scene",
                             room >> 20
                         );
                         return Err(Refusal(TATU_ERR_SPACE, text));
@@ -177,8 +177,10 @@ unsafe extern "C" fn put(
                     (_, [x]) => {
                         let stream = graph.stream(id)?;
                         if !stream.spec.of.is_empty() {
-                            let text =
-                                format!("the stream `{}` records by itself: it accepts no numbers", stream.spec.name);
+                            let text = format!(
+                                "the stream `{}` records a value of an object, so it does not accept numbers",
+                                stream.spec.name
+                            );
                             return Err(Refusal(TATU_ERR_ARGUMENT, text));
                         }
                         stream.given = Some(*x);

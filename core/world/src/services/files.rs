@@ -1,4 +1,4 @@
-//! `tatu.host.files`: files that scripts name, within the folders that the run allows.
+//! `tatu.host.files`: access to files within the folders that the run allows.
 
 use std::{fs::File, path::Path};
 
@@ -61,8 +61,9 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
     })
 }
 
-/// Returns whether a combination of mode bits is valid: the file is opened for reading, for writing or both; writing
-/// and appending exclude each other; options for writing are set only if the file is opened for it.
+/// Returns whether a combination of mode bits is valid. The file must be opened for reading, writing or appending;
+/// writing and appending exclude each other; and options for writing require that the file is opened for writing or
+/// appending.
 fn makes_sense(mode: u32) -> bool {
     let has = |bits| mode & bits != 0;
     let known =
@@ -75,8 +76,8 @@ fn makes_sense(mode: u32) -> bool {
         && (has(TATU_FILE_WRITE | TATU_FILE_APPEND) || !has(TATU_FILE_FOLDERS))
 }
 
-/// Records the name of a file that is opened for reading. Its contents are not part of the input log; with the name,
-/// users of a log can be warned of this.
+/// Records the name of a file that is opened for reading. The contents of the file are not part of the input log; the
+/// name allows the program to warn users of a log of this.
 fn note(outside: &Outside, name: &str, mode: u32) {
     if mode & TATU_FILE_READ != 0 {
         outside.opened.borrow_mut().insert(name.to_owned());

@@ -1,8 +1,8 @@
-//! `tatu.host.log`: log lines, and the message of a refusal.
+//! `tatu.host.log`: writes log lines, and returns the message of a refusal.
 //!
-//! Lines name the plugin that they come from. The program's own plugins do so themselves; lines of other plugins are
-//! prefixed with the plugin's id, which can be found through the host pointer on any thread. Output of scripts, and
-//! lines for status bars and consoles, are left unchanged.
+//! Each line contains the name of the plugin that logged it. The program's own plugins add it themselves. Lines of
+//! other plugins are prefixed with the plugin's id, which the host pointer identifies on any thread. Output of scripts,
+//! and lines for status bars and consoles, are not prefixed.
 
 use std::borrow::Cow;
 
@@ -27,7 +27,8 @@ unsafe extern "C" fn write(host: *const tatu_host, w: WorldRef<'_>, level: u32, 
     match level {
         _ if prints(world) => world.log(level, &line),
         TATU_LOG_ERROR..=TATU_LOG_DEBUG => world.log(level, &signed(host, Some(world), &line)),
-        // The program's own plugins pass on the output of scripts; other plugins must not control the terminal.
+        // The program's own plugins pass on the output of scripts. Lines of other plugins must not contain control
+        // characters for the terminal.
         TATU_LOG_STATUS..=TATU_LOG_CONSOLE_CLEAR if host.is_some_and(|h| h.of_program) => world.log(level, &line),
         TATU_LOG_STATUS | TATU_LOG_CLEAR => world.log(level, &clean(&line)),
         // The line consists of a title, NUL, and the text.
@@ -36,7 +37,7 @@ unsafe extern "C" fn write(host: *const tatu_host, w: WorldRef<'_>, level: u32, 
     }
 }
 
-/// Returns whether a script is running, so that the line is its output.
+/// Returns whether a script is running, in which case the line is the script's output.
 fn prints(world: &WorldCell) -> bool {
     use Call::{CallFunc, ScriptCall, ScriptLoad, ScriptResume};
     matches!(world.border.watch.call(), Some(ScriptLoad | ScriptCall | ScriptResume | CallFunc))
@@ -60,9 +61,9 @@ fn signed<'a>(holder: Option<&Holder>, world: Option<&WorldCell>, line: &'a str)
     }
 }
 
-/// Logs a line that belongs to no world.
+/// Logs a line that does not belong to a world.
 fn outside(holder: Option<&Holder>, level: u32, line: &str) {
-    // The host reports a captured error once, with the plugin and the function.
+    // The host reports a captured error itself, with the plugin and the function.
     if level == TATU_LOG_ERROR && guard::say(line) {
         return;
     }

@@ -1,7 +1,8 @@
-//! The host functions of the plugin ABI: one file per table.
+//! The host functions of the plugin ABI, with one file per table.
 //!
-//! Every function looks up its world, borrows one part of it, acts, and releases the part. A failed borrow (for example
-//! because the caller is inside a measure call) is an error, never a panic. `by_path` is for programs, not for plugins.
+//! Every function looks up its world, borrows one part of it, uses it, and releases it. If a part is already borrowed,
+//! for example during a `measure` call, the function returns an error and never panics. `by_path` is for programs, not
+//! for plugins.
 
 mod answer;
 mod bodies;

@@ -87,7 +87,8 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             let Some(s) = script else { return Err(world.run.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
             Ok(match row {
                 Row::ScriptLanguage => Value::text(&world.model.registry.languages[s.language].id),
-                // SAFETY: the text is owned by the script's instance, which is alive until the text has been copied.
+                // SAFETY: the string is owned by the script's instance, which is alive until the string has been
+                // copied.
                 Row::ScriptDialect => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
                 Row::ScriptKind => Value::text(&s.kind_name),
                 Row::ScriptName => Value::text(&s.name),
@@ -180,7 +181,7 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         done => done?,
     };
     if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {
-        // The graph is recreated from its new description.
+        // The graph is recreated from its new declaration.
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let mut figures = world.devices.figures.try_borrow_mut().map_err(|_| busy(world))?;
         figures.graphs.remove(&scene.id(slot));
@@ -189,8 +190,8 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     after_change(world, slot, changed)
 }
 
-/// Checks rows of a sensor that depend on its kind: a preset is applied, noise is checked, and the fields in it are
-/// given their full names.
+/// Processes properties of a sensor that depend on its kind: applies a preset, or checks the noise and replaces the
+/// names of its fields by their full names.
 fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Result<Value, tatu_status> {
     let kind = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
@@ -199,7 +200,7 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
             _ => None,
         }
     };
-    // Other objects do not have such rows; this is reported when the row is set.
+    // Other objects do not have these properties, which is reported when the property is set.
     let (Some(kind), Value::Text(text)) = (kind, &value) else { return Ok(value) };
     let text = String::from_utf8_lossy(text);
     let refuse = |e: tatu_errors::Error| {
@@ -311,7 +312,8 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
     write(world, object, prop, value)
 }
 
-/// In a parallel script, sets a number of a joint's drive, to be applied after all scripts of the stage have run.
+/// In a parallel script, records a new value for a property of a joint's drive, which is applied after all scripts of
+/// the stage have run.
 fn set_later(world: &WorldCell, object: tatu_object, row: Row, x: f64) -> Done {
     let slot = {
         let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;

@@ -23,7 +23,7 @@ pub static TABLE: tatu_host_readings = tatu_host_readings {
     look: Some(look),
 };
 
-/// Returns the index of the device of a sensor given by a caller.
+/// Returns the index of the device of a sensor, given by its handle.
 fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> {
     let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
     let slot = slot(world, &scene, sensor)?;
@@ -91,7 +91,7 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
     })
 }
 
-/// Measures a sensor now.
+/// Measures with a sensor immediately.
 fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Option<Limits>) -> Done {
     let i = device(world, sensor)?;
     let only = match only {
@@ -110,7 +110,7 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
     }
     let turn = {
         let mut sensing = world.devices.sensing.borrow_mut();
-        // The forms that the sensor measures are cached by number; a change of the scene may have invalidated these
+        // The sensor refers to its choice of objects by number, and a change of the scene may have invalidated the
         // numbers.
         sensing.settle(&world.state.scene.borrow(), &world.model.registry);
         sensing.alone(i)
@@ -136,12 +136,16 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
         let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
         let d = &sensing.devices[i];
         let kind = &world.model.registry.sensors[d.kind];
-        // The plugin's own declaration is used, with the size that the plugin was built with: it may be older than this
-        // host.
+        // The plugin's own declaration is used, with the size with which the plugin was built, because the plugin may
+        // be older than this host.
         // SAFETY: the list belongs to the plugin, which is never unloaded, and was checked when the plugin was loaded.
         let declared = unsafe { tables::list(kind.raw.fields) }.into_iter().nth(index as usize);
         let Some((_, mut told)) = declared else {
-            let text = format!("a sensor of kind `{}` has {} fields, no field {index}", kind.id, kind.fields.len());
+            let text = format!(
+                "a sensor of kind `{}` has {} fields, but no field with the index {index}",
+                kind.id,
+                kind.fields.len()
+            );
             return Err(world.run.calls.refuse(TATU_ERR_MISSING, &text));
         };
         told.dims = d.layout.plan.shape(told.dims);

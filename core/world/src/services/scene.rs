@@ -144,7 +144,7 @@ unsafe extern "C" fn set_f64_many(
     }
 }
 
-/// Returns the frame of an object given by a caller: 0 is the world frame, and a joint means its moving frame.
+/// Returns the frame of an object, given by its handle. 0 stands for the world frame, and a joint for its moving frame.
 fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isometry3<f64>, tatu_status> {
     if frame == 0 {
         return Ok(Isometry3::identity());

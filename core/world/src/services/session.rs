@@ -1,4 +1,4 @@
-//! `tatu.host.session` and `tatu.host.stage`: requests, and stages for drivers.
+//! `tatu.host.session` and `tatu.host.stage`: requests, external inputs, and stages for drivers.
 
 use std::path::PathBuf;
 
@@ -87,7 +87,7 @@ extern "C" fn client(w: WorldRef<'_>, client: u64) -> tatu_status {
         _ => Err(world
             .run
             .calls
-            .refuse(TATU_ERR_UNSUPPORTED, "only a service can name a client, and only during its barrier")),
+            .refuse(TATU_ERR_UNSUPPORTED, "only a service can identify a client, and only in its turn at the barrier")),
     })
 }
 
@@ -198,7 +198,7 @@ pub(super) fn switch_to(world: &WorldCell, file: PathBuf, sources: Option<Source
         let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to a different one";
         return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
     };
-    // The error is returned to the caller at once, and this world continues.
+    // The error is returned to the caller immediately, and this world continues.
     let document = read(&file, sources).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
     *world.run.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
     if world.running() {

@@ -1,4 +1,4 @@
-//! Data for views: the declared properties of an object, the visible parts of a shape, sources of scripts.
+//! Data for views: the declared properties of an object, the visible parts of a shape, and the sources of scripts.
 
 use std::cell::RefCell;
 
@@ -22,8 +22,8 @@ fn map<'a>(entries: impl IntoIterator<Item = (&'a str, Value)>) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
 
-/// Describes a declared property or parameter for views. `prefix` is the kind of device, which precedes the keys of the
-/// device.
+/// Describes a declared property or parameter for views. `prefix` is the id of the device's kind, which precedes the
+/// key, or empty for a property.
 fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
     let choices = p.choices.iter().map(Value::text).collect();
     let key = if prefix.is_empty() { p.key.clone() } else { format!("{prefix}.{}", p.key) };
@@ -193,7 +193,7 @@ pub(super) extern "C" fn text<'a>(w: WorldRef<'a>, script: tatu_object, out: Opt
     })
 }
 
-/// Returns the script given by a caller.
+/// Returns a script, given by its handle.
 fn script_at(c: &Context<'_>, script: tatu_object) -> Result<std::rc::Rc<crate::cell::Script>, tatu_status> {
     let slot = {
         let scene = c.scene.try_borrow().map_err(|_| busy(c.answer))?;

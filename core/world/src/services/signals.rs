@@ -1,4 +1,4 @@
-//! `tatu.host.signals`: the signals of a world.
+//! `tatu.host.signals`: reads, sets and lists the signals of a world.
 
 use std::cell::RefCell;
 
@@ -43,7 +43,10 @@ extern "C" fn set(w: WorldRef<'_>, kind: u32, name: Lent<'_>, value: Option<&Val
         let value = place(world, "a value", value)?;
         let name = name.bytes();
         if name.is_empty() || kind > 255 {
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a signal must have a name, and a kind below 256"));
+            return Err(world
+                .run
+                .calls
+                .refuse(TATU_ERR_ARGUMENT, "a signal must have a name that is not empty, and a kind of at most 255"));
         }
         match value.to_value() {
             Ok(v) => {

@@ -1,4 +1,4 @@
-//! Solids of shapes: the shortest distance between them, and whether physics moves them.
+//! Computes the shortest distance between shapes, and whether physics moves an object.
 
 use std::cell::RefCell;
 
@@ -8,7 +8,7 @@ use tatu_scene::{Data, Dynamics, Scene, collision_parts};
 use super::answer::{Answer, busy, list_of, place, slot, with};
 use crate::cell::{Function, WorldCell};
 
-/// The parts of the world used by functions that only read bodies.
+/// The parts of the world that are required to read bodies.
 pub(super) struct Context<'a> {
     pub scene: &'a RefCell<Scene>,
     pub dynamics: &'a RefCell<Dynamics>,
@@ -21,8 +21,8 @@ impl<'a> From<&'a WorldCell> for Context<'a> {
     }
 }
 
-/// Finds the shortest distance between any shape of one list and any shape of the other. An empty second list means all
-/// other shapes.
+/// Finds the two closest points between any shape of one list and any shape of the other. An empty second list stands
+/// for all other shapes.
 #[allow(clippy::too_many_arguments, reason = "the ABI fixes the signature")]
 pub(super) unsafe extern "C" fn closest(
     w: WorldRef<'_>,
@@ -70,7 +70,8 @@ pub(super) unsafe extern "C" fn closest(
     }
 }
 
-/// Returns whether physics currently moves an object: dynamic shapes, and joints between two bodies of the engine.
+/// Returns whether physics currently moves an object, which is the case for dynamic shapes and for joints between two
+/// bodies of the engine.
 pub(super) extern "C" fn is_dynamic(w: WorldRef<'_>, object: tatu_object, out: Option<&mut u32>) -> tatu_status {
     with(w, Function::looks("bodies.is_dynamic"), |Context { scene, answer, .. }| {
         let out = place(answer, "a pointer for the answer", out)?;

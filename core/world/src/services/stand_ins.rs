@@ -1,4 +1,4 @@
-//! `tatu.host.stand_ins`: objects and values that scripts look up and that do not exist.
+//! `tatu.host.stand_ins`: creates stand-ins for objects and values that scripts look up and that do not exist.
 
 use tatu_plugin_api::abi::*;
 
@@ -22,12 +22,12 @@ fn listens<'a>(w: WorldRef<'a>, name: &'static str) -> Option<&'a WorldCell> {
     alone(w, Function::acts(name)).filter(|world| world.run.stand_ins.is_on())
 }
 
-/// Converts to a status, without recording a message.
+/// Converts a result to a status, without recording a message.
 fn found(is: bool) -> tatu_status {
     if is { TATU_OK } else { TATU_ERR_MISSING }
 }
 
-/// Records a wish: something that the script requested although it may do without.
+/// Records a wish for an object that the script requested but can possibly do without.
 fn wish(w: WorldRef<'_>, name: &'static str, object: tatu_object, wish: Wish) -> tatu_status {
     if let Some(world) = listens(w, name)
         && let Some(id) = world.state.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(object).ok()?)))

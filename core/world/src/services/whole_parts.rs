@@ -1,4 +1,4 @@
-//! Parts of a scene with their sensors, actuators and scripts: copied, loaded from a file, or saved to one.
+//! Copies, loads and saves parts of a scene with their sensors, actuators and scripts.
 
 use std::{
     io::Error,
@@ -21,8 +21,8 @@ use crate::{
     },
 };
 
-/// Copies objects with their world poses. The parent of a copy is the copy of the original's parent, if that is copied
-/// too; otherwise the copy has no parent.
+/// Copies objects, and keeps their world poses. The parent of a copy is the copy of the original's parent if the parent
+/// is copied as well; otherwise, the copy has no parent.
 pub(super) unsafe extern "C" fn copy(
     w: WorldRef<'_>,
     objects: *const tatu_object,
@@ -65,7 +65,7 @@ pub(super) unsafe extern "C" fn copy(
     }
 }
 
-/// Loads a file into the world.
+/// Adds the objects of a scene file or a model to the world.
 pub(super) extern "C" fn load(
     w: WorldRef<'_>,
     file: Lent<'_>,
@@ -80,7 +80,8 @@ pub(super) extern "C" fn load(
         let read = document::load_part(&path, &world.model.registry).map_err(|e| refuse(world, e))?;
         let slots = plant(world, &read, parent)?;
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-        // A model is saved by its id, with the differences from it. The contents of a file become part of the scene.
+        // A model is saved as a reference by its id, with the differences from it. The contents of a file become part
+        // of the scene.
         let is_model = path.to_str().filter(|id| read.models.iter().any(|m| m.base == 0) && !id.ends_with(".toml"));
         if let (Some(id), Some(base)) = (is_model, slots.first().and_then(|s| scene.get(*s))) {
             world.model.history.borrow_mut().models.insert(base.uid, id.to_owned());
@@ -95,7 +96,7 @@ fn refuse(world: &WorldCell, e: tatu_errors::Error) -> tatu_status {
     world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("{}{help}", e.text))
 }
 
-/// Returns the slot of a parent given by a caller; 0 for the world.
+/// Returns the slot of a parent, given by its handle, or 0 for the world.
 pub(super) fn parent_of(world: &WorldCell, parent: tatu_object) -> Result<u32, tatu_status> {
     if parent == 0 {
         return Ok(0);
@@ -183,7 +184,7 @@ fn add_scripts(world: &WorldCell, owner: u32, scripts: &[ScriptSpec]) {
 }
 
 fn copies(scene: &mut Scene, from: &[u32]) -> Option<Vec<u32>> {
-    // Parents must precede their children, whatever the order of the list.
+    // Parents must be copied before their children, regardless of the order of the list.
     let mut order: Vec<usize> = (0..from.len()).collect();
     let depth = |scene: &Scene, mut s: u32| {
         let mut n = 0;

@@ -1,8 +1,7 @@
-//! The barrier before a step. Simulation time does not advance during the following operations, which are done in this
-//! order:
+//! The barrier before a step. It consists of the following operations, during which simulation time does not advance:
 //!
-//! 1. Results of plugins' threads enter the world. Ended waits of commands that services have called are resumed, and
-//!    the services are notified.
+//! 1. The results of plugins' threads are added to the world. Commands that services have called and whose wait has
+//!    ended are resumed, and the services are notified.
 //! 2. Recorded calls are repeated, in a replay.
 //! 3. Services take turns, in order of their ids, until all of them release the world and the pause, if any, ends.
 //!
@@ -24,10 +23,10 @@ use crate::{
     step,
 };
 
-/// How long a held session sleeps before it checks its interrupt flag.
+/// Time for which a held session sleeps before it checks its interrupt flag.
 const SLICE: Duration = Duration::from_millis(100);
 
-/// How long a service may hold a session before this is reported.
+/// Time for which a service can hold a session before this is reported.
 const LONG: Duration = Duration::from_secs(5);
 
 const START: u32 = 1 << TATU_REQUEST_START;
@@ -64,7 +63,7 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
     world.state.phase.get() != Phase::Paused
 }
 
-/// Runs one pass of a paused simulation without services; ends the run if nothing could end the pause.
+/// Runs one pass of a paused simulation without services. Ends the run if nothing can end the pause.
 fn stand(world: &WorldCell) {
     let addons = world.run.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
     if addons || world.run.outside.interactive.get() {
@@ -105,12 +104,12 @@ fn pass(world: &WorldCell, session: &SessionCell) {
     }
 }
 
-/// Reports a service that holds a session for a long time, once per session and service. `holder` is the service that
-/// has held it so far, and since when.
+/// Reports a service that holds a session for a long time, once per session and service. `holder` contains the index of
+/// the service that has held the session so far, and the time at which it began to do so.
 ///
-/// The message goes to the program's own log, since the world's lines appear only after the step. It is not a warning:
-/// a service holds a session as long as a client wants it, for example while a user inspects a variable, and the host
-/// cannot tell when the client has stopped waiting. A warning would fail correct runs under `--strict`.
+/// The message is written to the program's own log, since the world's lines appear only after the step. It is not a
+/// warning, because a service holds a session for as long as a client requires it, for example while a user inspects a
+/// variable. A warning would make correct runs fail under `--strict`.
 fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(usize, Instant)>) {
     let Some(i) = by else { return *holder = None };
     let since = match *holder {
@@ -124,8 +123,8 @@ fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(us
     }
 }
 
-/// Lets services take turns while the simulation is stopped. Returns `true` when one requests a start, and `false` when
-/// one requests a different scene or the end.
+/// Lets services take turns while the simulation is stopped. Returns `true` when a service requests a start, and
+/// `false` if a service requests a different scene or the end, the session is interrupted, or no service is left.
 pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
     world.state.requests.set(world.state.requests.get() & QUIT);
     while !session.interrupted() && session.any_service() {
@@ -146,7 +145,7 @@ pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
     false
 }
 
-/// Delivers events, then calls each service once. Returns the index of the first one that holds the world.
+/// Delivers events, then calls each service once. Returns the index of the first service that holds the world.
 fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
     while world.run.outside.has_events() {
         tell(world, session);
@@ -182,8 +181,8 @@ struct Ended {
     error: ErrorSlot,
 }
 
-/// Resumes commands that waited on behalf of services. All of them are called first, and their services are notified
-/// afterwards, so that calls which the services make in response come later, as in a replay.
+/// Resumes commands that waited on behalf of services. All commands are called before any service is notified, so that
+/// calls which the services make in response are later than all of them, as in a replay.
 fn resume_waits(world: &WorldCell) {
     let due = world.run.calls.waits.borrow_mut().take_remote(|due| world.is_over(due));
     if due.is_empty() {

@@ -1,11 +1,11 @@
-//! The input log as a file: JSON lines that suffice for a replay, without the scene.
+//! The input log as a file of JSON lines, which is sufficient for a replay without the files of the scene.
 //!
-//! The first line is the [`Header`]: versions, command-line options, and the contents of every file that the document
-//! was read from. One line per [`Record`] follows, and a last line with the number of steps. Each line is written
-//! before its record takes effect, so that the log of a killed run is usable.
+//! The first line is the [`Header`], with versions, command-line options, and the contents of every file from which the
+//! document was read. It is followed by one line per [`Record`] and a last line with the number of steps. Each line is
+//! written before its record takes effect, so that the log of a killed run is usable.
 //!
-//! Each line ends with a checksum of itself and all previous lines, and the last line holds the hash of the world, so
-//! lines that are missing, reordered or edited are detected. A truncated log does not count as damaged: its complete
+//! Each line ends with a checksum of itself and all previous lines, so lines that are missing, reordered or edited are
+//! detected. The last line contains the hash of the world. A truncated log is not treated as damaged: its complete
 //! lines are replayed.
 
 use std::{
@@ -34,7 +34,7 @@ pub struct Header {
     pub tatu_input_log: u64,
     /// Version of the program that wrote the log.
     pub tatu: String,
-    /// The scene's path, as it was given.
+    /// The path of the scene, as given by the user.
     pub scene: PathBuf,
     /// The seed given on the command line.
     pub seed: Option<u64>,
@@ -42,18 +42,19 @@ pub struct Header {
     pub set: Vec<String>,
     /// The values of `--script` on the command line.
     pub scripts: Vec<String>,
-    /// Set if stand-ins were created for missing objects: the names of values with neutral contents.
+    /// The names of values with neutral contents, if stand-ins were created for missing objects.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_ins: Option<Vec<String>>,
-    /// Add-ons that ran, in order; their files are in `files`.
+    /// Add-ons that ran, in order. Their files are in `files`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub addons: Vec<AddonEntry>,
-    /// Whether the log begins when the scene was opened, with what clients did before they started the simulation.
+    /// Whether the log begins when the scene was opened, and includes the inputs of clients before the start of the
+    /// simulation.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub session: bool,
     /// Plugins that were loaded, except those that offer only services, which a replay does not start.
     pub plugins: Vec<PluginVersion>,
-    /// Every file that the document was read from.
+    /// Every file from which the document was read.
     files: Vec<KeptFile>,
 }
 
@@ -66,7 +67,7 @@ pub struct AddonEntry {
     pub file: PathBuf,
     /// Dialect of the script; if empty, it is inferred from the source.
     pub dialect: String,
-    /// The options that it was started with.
+    /// The options with which it was started.
     pub options: Vec<(String, String)>,
 }
 
@@ -84,7 +85,7 @@ struct KeptFile {
     path: PathBuf,
     #[serde(skip_serializing_if = "Option::is_none")]
     text: Option<String>,
-    /// Base64, if the bytes are not valid UTF-8.
+    /// The contents as base64, if they are not valid UTF-8.
     #[serde(skip_serializing_if = "Option::is_none")]
     bytes: Option<String>,
 }
@@ -118,12 +119,12 @@ impl Header {
         }
     }
 
-    /// Returns every file that the document was read from: its path, and its contents as text or in base64.
+    /// Returns the path and the contents, as text or in base64, of every file from which the document was read.
     pub fn files(&self) -> impl Iterator<Item = (&Path, &str)> {
         self.files.iter().map(|f| (f.path.as_path(), f.text.as_deref().or(f.bytes.as_deref()).unwrap_or_default()))
     }
 
-    /// Returns the options for reading the document: from the files in the log, with the original command-line options.
+    /// Returns options that read the document from the files in the log, with the original command-line options.
     pub fn options(&self) -> Result<Options> {
         let mut files = Vec::new();
         for f in &self.files {
@@ -143,14 +144,15 @@ impl Header {
             services: Vec::new(),
             describe: false,
             sources: Sources::of(files),
-            // External programs are not part of the log.
+            // A replay does not start external programs.
             allow: Vec::new(),
-            // A replay starts no services.
+            // A replay does not start services.
             user_settings: Default::default(),
         })
     }
 
-    /// Describes how the loaded plugins differ from those of the log, one sentence each.
+    /// Describes the differences between the program and plugins that wrote the log and those of this process, one
+    /// sentence each.
     pub fn differences(&self, registry: &Registry) -> Vec<String> {
         let here = versions(registry);
         let differs = |p: &PluginVersion| match here.iter().find(|h| h.id == p.id) {
@@ -186,10 +188,11 @@ pub struct Writer {
     check: u64,
 }
 
-/// The text between a line and its checksum.
+/// The string between the contents of a line and its checksum.
 const CHECK: &str = ",\"check\":\"";
 
-/// Returns the checksum of a line, which is given without its closing brace and its checksum.
+/// Returns the checksum of a line, given without its closing brace and its checksum. `before` is the checksum of the
+/// previous line.
 fn check_of(before: u64, line: &[u8]) -> u64 {
     xxhash_rust::xxh3::xxh3_64_with_seed(line, before)
 }
@@ -200,7 +203,7 @@ fn verified(before: u64, line: &[u8]) -> Option<u64> {
     let (rest, digits) = rest.split_at_checked(rest.len().checked_sub(16)?)?;
     let found = u64::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok()?;
     let right = check_of(before, rest.strip_suffix(CHECK.as_bytes())?);
-    // Upper-case digits would parse as the same number, but are never written.
+    // Upper-case digits would be parsed as the same number, but are never written.
     (found == right && !digits.iter().any(u8::is_ascii_uppercase)).then_some(right)
 }
 
@@ -219,9 +222,9 @@ impl Writer {
         self.line(&record_json(record))?;
         self.flush()
     }
-    /// Writes the last line. `steps` is the number of steps, and `begun` indicates whether the barrier after them had
-    /// begun. `opened` lists files that were read during the run and are not in the log. `hash` is the world's total
-    /// hash after the last step.
+    /// Writes the last line. `steps` is the number of steps, and `begun` specifies whether the barrier after them had
+    /// begun. `opened` contains the names of files that were read during the run and are not in the log. `hash` is the
+    /// world's total hash after the last step.
     pub fn end(mut self, steps: u64, begun: bool, opened: &[String], hash: u64) -> Result {
         let mut line = json!({ "end": steps, "begun": begun, "hash": format!("{hash:016x}") });
         if !opened.is_empty() {
@@ -277,7 +280,7 @@ pub struct Log {
     pub header: Header,
     /// The external inputs, in order.
     pub records: Vec<Record>,
-    /// Number of steps of the run, or `None` if it was killed.
+    /// Number of steps of the run, or `None` if the run was killed.
     pub end: Option<u64>,
     /// Whether the run ended within the barrier after its last step, so that the inputs of that barrier belong to it.
     pub begun: bool,
@@ -285,12 +288,12 @@ pub struct Log {
     pub opened: Vec<String>,
     /// Hash of the world after the last step.
     pub hash: Option<u64>,
-    /// Whether the last line is truncated; such a line is omitted.
+    /// Whether the last line of the file is truncated. Such a line is not part of the log.
     pub cut: bool,
 }
 
 impl Log {
-    /// Returns the number of steps of the run, as far as the log shows.
+    /// Returns the number of steps of the run or, if the run was killed, the step of the last record.
     pub fn steps(&self) -> u64 {
         self.end.unwrap_or_else(|| self.records.last().map_or(0, |r| r.step))
     }
@@ -309,7 +312,7 @@ pub fn read(path: &Path) -> Result<Log> {
         Error::new("E116", text).at(Some(place))
     };
     let mut lines: Vec<&[u8]> = bytes.split(|b| *b == b'\n').collect();
-    // The last newline is followed by nothing, or by a line that was only partly written.
+    // The text after the last newline is empty, or a line that was only partly written.
     let cut = lines.pop().is_some_and(|rest| !rest.is_empty());
     let first = lines.first().ok_or_else(|| {
         wrong(0, format!("{} is not a complete input log", path.display()))
@@ -360,7 +363,7 @@ pub fn read(path: &Path) -> Result<Log> {
                 .expected("a call, a request, an input or a pass")
         })?;
         if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
-            return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())
+            return Err(wrong(i + 1, "this line of the input log is not later than the previous line".into())
                 .expected("increasing steps and positions"));
         }
         log.records.push(record);
@@ -368,12 +371,12 @@ pub fn read(path: &Path) -> Result<Log> {
     Ok(log)
 }
 
-/// Converts records to lines, for snapshots.
+/// Converts records to lines, which snapshots contain.
 pub(crate) fn to_bytes(records: &[Record]) -> Vec<u8> {
     records.iter().flat_map(|r| format!("{}\n", record_json(r)).into_bytes()).collect()
 }
 
-/// Reads records written by `to_bytes`; returns `None` if they are damaged.
+/// Reads records that `to_bytes` wrote. Returns `None` if they are damaged.
 pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Vec<Record>> {
     let lines = bytes.split(|b| *b == b'\n').filter(|l| !l.is_empty());
     lines.map(|l| record(&serde_json::from_slice(l).ok()?)).collect()

@@ -1,6 +1,6 @@
-//! Functions of clients, which services pass to commands as arguments. The result of a call is recorded in the input
-//! log, after the inputs that the client made during the call. A replay repeats those inputs and returns the result
-//! from the log.
+//! Calls functions of clients, which services pass to commands as arguments. The result of a call is recorded in the
+//! input log, after the inputs that the client made during the call. A replay repeats those inputs and returns the
+//! result from the log.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
@@ -14,7 +14,8 @@ use crate::{
     cell::{self, WorldCell},
 };
 
-/// References to client functions are outside the range of script instances: 1 << 63 | service << 32 | local.
+/// Bit that distinguishes references to functions of clients from those to functions of scripts. A reference consists
+/// of `CLIENTS | service << 32 | local`.
 const CLIENTS: u64 = 1 << 63;
 
 /// Returns whether a function reference belongs to a client.
@@ -22,12 +23,13 @@ pub(crate) fn is_of_client(func: tatu_func) -> bool {
     func & CLIENTS != 0
 }
 
-/// Returns the reference to a client's function, for a service with this number in its session.
+/// Returns the reference to a client's function. `service` is the number of the service in its session, and `local` the
+/// number of the function within the service.
 pub(crate) fn of_client(service: u32, local: u32) -> tatu_func {
     CLIENTS | u64::from(service) << 32 | u64::from(local)
 }
 
-/// Returns whether the function can be called: its service is running, or this is a replay.
+/// Returns whether a client's function can be called, which is the case if its service is running or this is a replay.
 pub(crate) fn is_there(world: &WorldCell, func: tatu_func) -> bool {
     world.run.outside.replay.borrow().is_some() || service_of(world, func).is_some()
 }
@@ -63,7 +65,7 @@ pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_c
     status
 }
 
-/// Calls the function in its client, and records the result.
+/// Calls the function in its client, and records the result in the input log.
 fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tatu_status {
     let status = match service_of(world, func) {
         Some(service) => service.call_func(world, func as u32, f),
@@ -97,7 +99,7 @@ fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
     let step = world.state.clock.step.get();
     let place = world.run.outside.replay.borrow().as_ref().and_then(|r| r.place_of(step, kind));
     let Some(place) = place else {
-        let text = "the recorded run called functions of its clients less often: this run diverges from it";
+        let text = "the recorded run made fewer calls to functions of its clients: this run diverges from it";
         return say(f.error, TATU_ERR_GONE, text);
     };
     log::feed_until(world, place);
@@ -120,6 +122,6 @@ fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
 fn give(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> tatu_status {
     match give_results(world, f, values) {
         Ok(()) => TATU_OK,
-        Err(status) => say(f.error, status, "the function's results do not fit into memory"),
+        Err(status) => say(f.error, status, "the function's results do not fit into the world's arena"),
     }
 }

@@ -1,8 +1,8 @@
-//! Values as JSON, without loss: reading returns exactly the bits that were written.
+//! Converts values to and from JSON without loss: reading returns exactly the bits that were written.
 //!
-//! Null, booleans, integers, finite floats (always with a point or an exponent), texts and lists are plain JSON.
-//! Everything else is an object with a single key: `floats`, `ints`, `bytes` and `text` (base64), `map` (pairs), `bits`
-//! (a float that is not finite), `func`, `object`.
+//! Null, Booleans, integers, finite floats (always with a point or an exponent), UTF-8 strings and lists are plain
+//! JSON. All other values are objects with a single key: `floats`, `ints`, `bytes` (base64), `text` (a string that is
+//! not UTF-8, as base64), `map` (pairs), `bits` (a float that is not finite), `func` or `object`.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value as Json, json};
@@ -33,7 +33,7 @@ fn float(x: f64) -> Json {
     if x.is_finite() { json!(x) } else { json!({ "bits": format!("{:016x}", x.to_bits()) }) }
 }
 
-/// Converts the output of [`write`] back to a value; returns `None` if it is not such output.
+/// Converts the output of [`write`] back to a value. Returns `None` if `json` is not such output.
 pub(super) fn read(json: &Json) -> Option<Value> {
     Some(match json {
         Json::Null => Value::Nil,
@@ -106,7 +106,7 @@ mod tests {
         })
     }
 
-    /// Formats a value with every bit of its floats, so that NaNs compare equal too.
+    /// Formats a value with every bit of its floats, so that equal NaNs compare equal.
     fn bits(v: &Value) -> String {
         match v {
             Value::Float(f) => format!("{:x}", f.to_bits()),

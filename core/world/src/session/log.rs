@@ -1,4 +1,4 @@
-//! Requests, passes during a pause, and the replay of an input log.
+//! Carries out requests, runs passes while the simulation is paused or stopped, and replays an input log.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub(crate) fn outside_request(world: &WorldCell, what: u32) {
     apply(world, what);
 }
 
-/// Carries out the immediate part of a request; the rest follows after the next pass.
+/// Carries out the immediate part of a request. The rest is carried out after the next pass.
 pub(crate) fn apply(world: &WorldCell, what: u32) {
     let (asked, bit) = (world.state.requests.get(), 1 << what);
     let pause = 1 << TATU_REQUEST_PAUSE;
@@ -28,7 +28,8 @@ pub(crate) fn apply(world: &WorldCell, what: u32) {
         TATU_REQUEST_PAUSE if !world.state.phase.get().takes_pause() || world.stop_requested() => {}
         TATU_REQUEST_START if world.running() => {
             world.state.requests.set(asked & !pause);
-            // A request from outside ends a pause at once; when a script makes it, the current pass is completed first.
+            // A request that does not come from a script ends a pause immediately. If a script makes it, the current
+            // pass is completed first.
             if world.run.calls.caller.get().instance != 0 {
                 let paused = world.state.phase.get() == Phase::Paused;
                 world.state.requests.set(asked & !pause | if paused { bit } else { 0 });
@@ -40,8 +41,8 @@ pub(crate) fn apply(world: &WorldCell, what: u32) {
     }
 }
 
-/// Runs a pass of scripts while the simulation is paused, if any script could notice it. The pass is recorded, because
-/// the number of such passes depends on real time.
+/// Runs a pass of scripts while the simulation is paused, if any script has a callback for it. The pass is recorded,
+/// because the number of such passes depends on real time.
 pub(crate) fn stand(world: &WorldCell) {
     let notices = Scripts::any_has(world, Callback::Suspended);
     if notices {
@@ -64,7 +65,7 @@ pub(crate) fn feed(world: &WorldCell) {
     }
 }
 
-/// Repeats the inputs from before the start, if the attached log begins when the scene was opened.
+/// Attaches a log that begins when the scene was opened, and repeats the inputs from before the start.
 pub(crate) fn feed_session(world: &WorldCell, records: Arc<[Record]>) {
     attach(world, records);
     loop {
@@ -75,8 +76,8 @@ pub(crate) fn feed_session(world: &WorldCell, records: Arc<[Record]>) {
     }
 }
 
-/// Runs a pass of scripts while the simulation is stopped. The pass is recorded if any script could notice it and the
-/// log covers the whole session.
+/// Runs a pass of scripts while the simulation is stopped. The pass is recorded if any script has a callback for it and
+/// the log covers the whole session.
 pub(crate) fn idle(world: &WorldCell) {
     let callbacks = [Callback::NonSimulation, Callback::Thread, Callback::Run];
     if world.run.outside.log.borrow().is_session() && callbacks.iter().any(|c| Scripts::any_has(world, *c)) {
@@ -86,7 +87,7 @@ pub(crate) fn idle(world: &WorldCell) {
     step::idle(world);
 }
 
-/// Repeats the inputs before an index of the log.
+/// Repeats the remaining inputs before an index of the log.
 pub(crate) fn feed_until(world: &WorldCell, place: usize) {
     loop {
         let Some(record) = world.run.outside.replay.borrow_mut().as_mut().and_then(|r| r.next_before(place)) else {
@@ -109,13 +110,15 @@ fn feed_one(world: &WorldCell, record: Record) {
         Input::Event { kind, text } => put_in(world, &kind, &text),
         Input::Pass if !world.running() => idle(world),
         Input::Pass => stand(world),
-        // The code that made the observation requests it at that point.
+        // The code that made the observation requests it from the log itself.
         Input::Observed { .. } => {}
         Input::Call { name, args, waits } => match world.model.registry.command(&name) {
             None => {
-                let mut fault =
-                    Fault::new(FaultKind::UnknownFunction, format!("the input log calls `{name}`, which is unknown"));
-                fault.help = Some("load the plugin that offered it when the log was written".into());
+                let mut fault = Fault::new(
+                    FaultKind::UnknownFunction,
+                    format!("the input log calls the command `{name}`, which no loaded plugin offers"),
+                );
+                fault.help = Some("load the plugin that offered the command when the log was written".into());
                 world.report(fault);
             }
             Some((command, alias)) => {

@@ -1,11 +1,11 @@
 //! Sessions: services, which outlive worlds, and the barrier at which they act.
 //!
-//! - `barrier`: the barrier between two steps: waits that have ended, replayed calls, turns of services;
-//! - `functions`: functions of clients, passed to commands to be called back;
+//! - `barrier`: the barrier between two steps, at which waits end, calls are replayed, and services have their turns;
+//! - `functions`: functions of clients, which commands can call;
 //! - [`mod@log`]: requests, and the replay of external inputs; [`mod@file`]: the input log as a file.
 //!
-//! A session and its worlds live on one thread; different sessions live on different threads. Only `wake` is called
-//! from other threads.
+//! A session and its worlds belong to one thread; different sessions can belong to different threads. Only `wake` may
+//! be called from other threads.
 
 mod barrier;
 pub mod file;

@@ -1,17 +1,17 @@
-//! The fingerprint of a document, by which a snapshot identifies its scene.
+//! Computes the fingerprint of a document, by which a snapshot identifies its scene.
 
 use tatu_scene::document::{Document, ObjectSpec};
 use xxhash_rust::xxh3::Xxh3;
 
-/// Returns a hash of everything that determines how a document runs, including seed and overrides, but not the names
-/// and paths of files.
+/// Returns a hash of all properties of a document that affect a run, including the seed and overrides, but not the
+/// names and paths of files.
 pub fn fingerprint(document: &Document) -> u64 {
     let mut h = Xxh3::new();
     let mut put = |text: String| {
         h.update(&(text.len() as u64).to_le_bytes());
         h.update(text.as_bytes());
     };
-    // The `Debug` output contains every field, and floats in full precision.
+    // The `Debug` output contains every field, with floats in full precision.
     put(format!("{:?}", document.settings));
     for object in &document.objects {
         let ObjectSpec { kind, alias, parent, rows, device, scripts, placement, group, place: _ } = object;

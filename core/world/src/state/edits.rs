@@ -1,7 +1,7 @@
-//! Edits of the scene, which can be undone.
+//! Begins, ends, undoes and redoes edits of the scene.
 //!
-//! While the simulation is running, an edit has no separate inverse: the stop reverts everything that the run and the
-//! user changed, and the edits from before the run can then be undone again.
+//! While the simulation is running, edits cannot be undone one by one. The stop reverts all changes by the run and the
+//! user, and the edits from before the run can then be undone again.
 
 use std::path::Path;
 
@@ -14,19 +14,20 @@ use super::{
 };
 use crate::cell::{WorldCell, history::Ended};
 
-/// The event that reports a change of the edits.
+/// The event that reports that the list of edits has changed.
 const EVENT: &str = "edited";
 
-/// Begins an edit. Consecutive edits with the same label and the same `merge` text are combined, unless it is empty.
+/// Begins an edit. Consecutive edits with the same label and the same `merge` key are combined, unless the key is
+/// empty.
 pub(crate) fn begin(cell: &WorldCell, label: &str, merge: &str) {
     let state = || (!cell.running()).then(|| capture(cell));
-    // A state contains parts of the history, so it is captured while the history is not borrowed.
+    // Capturing a state reads the history, so the history must not be borrowed meanwhile.
     let needed = cell.model.history.borrow().needs_state(label, merge);
     let state = if needed { state() } else { None };
     cell.model.history.borrow_mut().begin(label, merge, state);
 }
 
-/// Ends an edit; if `keep` is not set, the edit is rolled back.
+/// Ends an edit. If `keep` is false, the edit is rolled back.
 pub(crate) fn end(cell: &WorldCell, keep: bool) -> Result {
     let ended = cell.model.history.borrow_mut().end(keep);
     match ended {
@@ -66,7 +67,7 @@ pub(crate) fn step_back(cell: &WorldCell, redo: bool) -> Result<Option<String>> 
     Ok(Some(label))
 }
 
-/// Records that a script was changed during a run, whose stop does not revert this.
+/// Records that a script was changed during a run. The stop does not revert this change.
 pub(crate) fn note_script(cell: &WorldCell) {
     if cell.running() {
         cell.model.history.borrow_mut().note_script();
@@ -74,7 +75,7 @@ pub(crate) fn note_script(cell: &WorldCell) {
     }
 }
 
-/// Returns the edits as a map.
+/// Returns the labels of all edits, and whether the scene is saved, as a map.
 pub(crate) fn told(cell: &WorldCell) -> Value {
     let history = cell.model.history.borrow();
     let file = cell.model.document.file.as_deref();
@@ -92,7 +93,7 @@ pub(crate) fn told(cell: &WorldCell) -> Value {
     ])
 }
 
-/// Publishes an event with the edits that can now be undone and redone.
+/// Publishes an event with the labels of the edits that would be undone and redone next.
 pub(crate) fn tell(cell: &WorldCell) {
     let payload = {
         let history = cell.model.history.borrow();

@@ -1,4 +1,4 @@
-//! The snapshot file: magic number, format, checksum, header, sections.
+//! The snapshot file, which consists of a magic number, the format version, a checksum, the header and sections.
 
 use std::path::Path;
 
@@ -15,9 +15,10 @@ use crate::instances::Missed;
 const MAGIC: &[u8; 8] = b"tatusnap";
 /// Format version, increased when the meaning of a section changes.
 const FORMAT: u32 = 9;
+/// Number of bytes before the checksummed part: magic number, format version and checksum.
 const BEFORE_BODY: usize = MAGIC.len() + 4 + 8;
 
-/// The state of a world at a step, complete or not.
+/// The state of a world at a step, which may be incomplete.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
     /// Header of the snapshot.
@@ -41,9 +42,9 @@ pub struct Head {
     pub time: f64,
     /// Total state hash.
     pub hash: u64,
-    /// Instances whose state could not be saved; if empty, the snapshot is complete.
+    /// Instances whose state could not be saved; the snapshot is complete if there are none.
     pub missed: Vec<Missed>,
-    /// External inputs up to this step, for a replay; empty if there were none.
+    /// External inputs up to this step, one JSON line each, for a replay.
     pub log: Vec<u8>,
 }
 
@@ -89,7 +90,7 @@ impl Snapshot {
         Ok(out)
     }
 
-    /// Reads a snapshot from bytes. Truncated or modified bytes, and those of a different format, are refused.
+    /// Reads a snapshot from bytes. Truncated or modified bytes, and snapshots of a different format, are refused.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| {
             Error::new("E501", "this is not a snapshot")
@@ -102,7 +103,7 @@ impl Snapshot {
             return Err(Error::new("E502", text).help("write it again with this version of the program"));
         }
         let (sum, body) = rest.split_first_chunk::<8>().ok_or_else(|| damaged("it is truncated"))?;
-        // The sections rely on each other's indices, so damaged ones must be detected before they are read.
+        // The sections refer to each other by index, so damage must be detected before they are read.
         if xxh3_64(body) != u64::from_le_bytes(*sum) {
             return Err(damaged("it is truncated, or bytes in it were changed (the checksum differs)"));
         }
@@ -110,7 +111,7 @@ impl Snapshot {
         Ok(Snapshot { head, sections })
     }
 
-    /// Writes the file atomically: a partly written file never exists under its name.
+    /// Writes the file atomically, so that a partly written file never exists under its name.
     pub fn write(&self, path: &Path) -> Result {
         let bytes = self.to_bytes()?;
         let fail = |e: std::io::Error| Error::new("E105", format!("cannot write the snapshot {}: {e}", path.display()));
@@ -127,7 +128,7 @@ impl Snapshot {
         })
     }
 
-    /// Refuses a snapshot of a different scene, with different plugins, or from a different version of the program.
+    /// Checks that a snapshot is of this scene, with these plugins and from this version of the program.
     pub fn check(&self, document: &Document, registry: &Registry) -> Result {
         let own = env!("CARGO_PKG_VERSION");
         if self.head.tatu != own {
@@ -150,8 +151,8 @@ impl Snapshot {
         let new = here.iter().find(|p| !self.head.plugins.contains(p));
         let what = match (lost, new) {
             (Some(l), Some(n)) if l.0 == n.0 => format!("plugin {} has been replaced by version {}", show(l), n.1),
-            (Some(l), _) => format!("plugin {} is missing now", show(l)),
-            (None, Some(n)) => format!("plugin {} was not loaded then", show(n)),
+            (Some(l), _) => format!("plugin {} is missing", show(l)),
+            (None, Some(n)) => format!("plugin {} was not loaded when it was written", show(n)),
             (None, None) => "plugins were found in a different order".to_owned(),
         };
         let text = format!("the snapshot was written with different plugins: {what}");

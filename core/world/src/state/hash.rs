@@ -1,11 +1,11 @@
-//! The hash of a world's state, with a hash per object.
+//! Computes the hash of a world's state, with a hash per object.
 
 use tatu_scene::{Data, Dynamics, Scene};
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::cell::{Clock, WorldCell};
 
-/// A hash of the dynamic state, and the hash of each object in it, so that a difference can be located.
+/// A hash of the dynamic state, and a hash of each object in it, so that a difference can be located.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hash {
     /// Hash of the whole dynamic state.
@@ -19,7 +19,7 @@ impl Hash {
     pub fn subtree(&self, path: &str) -> u64 {
         self.subtrees([path])[0]
     }
-    /// Like `subtree`, but for several objects in one pass.
+    /// Like `subtree`, but for several objects, in a single pass over all objects.
     pub fn subtrees<'a>(&self, paths: impl IntoIterator<Item = &'a str>) -> Vec<u64> {
         let mut all = Vec::new();
         let mut number = std::collections::BTreeMap::new();
@@ -37,8 +37,8 @@ impl Hash {
     }
 }
 
-/// Hashes poses and velocities of objects that physics moves, joints, commands of actuators, and the poses of all other
-/// objects. Sensors, scripts and graphs are omitted; -0 and 0 have the same hash.
+/// Hashes the poses and velocities of objects that physics moves, the states of joints, the commands of actuators, and
+/// the poses of all other objects. Sensors, scripts and graphs are omitted. -0 and 0 have the same hash.
 pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
     let mut total = Xxh3::new();
     total.update(&clock.step.get().to_le_bytes());

@@ -8,7 +8,7 @@ use tatu_scene::{Scene, document::Settings};
 
 use crate::cell::{InstanceImage, Wait};
 
-/// The value of a signal or parameter.
+/// A value in a snapshot, such as that of a signal or a parameter.
 #[derive(Serialize, Deserialize)]
 pub enum ValueImage {
     Nil,
@@ -63,22 +63,22 @@ impl From<ValueImage> for Value {
     }
 }
 
-/// The state of the core itself: scene, engine, clock, signals, waits, faults.
+/// The state of the core itself: scene, engine, clock, signals, waits and faults.
 #[derive(Serialize, Deserialize)]
 pub struct CoreImage {
     pub scene: Scene,
-    /// Shapes with a mesh: slot, and index of the mesh in the document.
+    /// For each shape with a mesh, its slot and the index of the mesh in the document.
     pub meshes: Vec<(u32, u32)>,
     pub settings: Settings,
     pub dynamics: Vec<u8>,
     pub phase: crate::cell::Phase,
-    /// Time, step count, step length, pass count.
+    /// Time (s), number of steps, duration of a step (s), number of passes.
     pub clock: (f64, u64, f64, u64),
     pub requests: u32,
     pub next_instance: u64,
     /// Number of the last wait for a plugin's thread.
     pub last_wake: u64,
-    /// Kind, name, value, and whether it ends with the run.
+    /// For each signal, its kind, name and value, and whether it is removed when the run ends.
     pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
     pub waits: Vec<Wait>,
     pub faults: Vec<FaultImage>,
@@ -102,12 +102,12 @@ pub struct DeviceImage {
     pub off: bool,
 }
 
-/// An actuator's state; its commands are in the scene.
+/// An actuator's state, without its commands, which are in the scene.
 #[derive(Serialize, Deserialize)]
 pub struct ActuatorImage {
     pub slot: u32,
     pub kind: u32,
-    /// Handle of the object: generation and slot.
+    /// Handle of the object, which consists of a generation and a slot.
     pub object: u64,
     pub params: Vec<ValueImage>,
     pub instance: InstanceImage,

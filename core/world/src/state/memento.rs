@@ -1,4 +1,4 @@
-//! Captures the scene, and restores it at a stop and when an edit is undone.
+//! Captures the scene, and restores it at a stop, an undo or a redo.
 
 use std::collections::BTreeMap;
 
@@ -40,8 +40,8 @@ pub(crate) fn go_back(cell: &WorldCell, state: Memento) {
     cell.restore_process_state("an undo");
 }
 
-/// Restores the state at the start of a run, except for what a stop leaves unchanged: custom data, layers, colours,
-/// masses, names, settings of the world, and texts of scripts.
+/// Restores the state at the start of a run, except for properties that a stop leaves unchanged: custom data, layers,
+/// colours, masses, inertias, names, settings of the world, and sources of scripts.
 pub(crate) fn end_run(cell: &WorldCell, mut start: Memento) {
     let history = &cell.model.history;
     if history.borrow_mut().take_scripts_changed() {
@@ -55,19 +55,19 @@ pub(crate) fn end_run(cell: &WorldCell, mut start: Memento) {
     Scripts::restore(cell, &start.scripts, false);
 }
 
-/// Carries custom data over to the restored scene, except data under tags that begin with a control character, which
-/// are reserved for plugins.
+/// Carries custom data over to the restored scene, except data whose tag begins with a control character; such tags are
+/// reserved for plugins.
 fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>) {
     let free = |tag: &[u8]| tag.first().is_none_or(|c| !c.is_ascii_control());
     then.retain(|tag, _| !free(tag));
     then.extend(now.iter().filter(|(tag, _)| free(tag)).map(|(tag, data)| (tag.clone(), data.clone())));
 }
 
-/// Rows that a stop leaves unchanged.
+/// Properties that a stop leaves unchanged.
 const LEFT: &[Row] = &[Row::Name, Row::Layer, Row::Notes, Row::Color, Row::Mass, Row::Inertia];
 
-/// Carries the rows that a stop leaves unchanged over to `initial`. Returns the rows that differ, with their present
-/// values.
+/// Carries the properties that a stop leaves unchanged over to `initial`. Returns the properties that differ, with
+/// their present values.
 fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value)> {
     let mut made = Vec::new();
     for (slot, now) in scene.slots() {
@@ -96,10 +96,10 @@ fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value
     made
 }
 
-/// Makes `next` the live scene, without velocities.
+/// Replaces the live scene by `next`. All velocities are reset.
 fn put_scene(cell: &WorldCell, mut next: Scene) {
     let mut scene = cell.state.scene.borrow_mut();
-    // The new version makes the engine and the beams rebuild what they derived from the scene.
+    // The new version causes the engine and the beams to rebuild all data that they derive from the scene.
     next.shape_version = scene.shape_version + 1;
     next.forget_before();
     *scene = next;

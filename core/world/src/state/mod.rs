@@ -1,15 +1,16 @@
 //! The state of a world: its hash, and snapshots of it.
 //!
 //! - `hash`: a hash of the dynamic state, with a hash per object;
-//! - [`Snapshot`]: everything that determines the future, as a file (`file`);
-//! - `snapshot`, `restore`: take and restore it;
+//! - [`Snapshot`]: all state that determines the future of a run, as a file (`file`);
+//! - `snapshot`, `restore`: take and restore a snapshot;
 //! - `image`: the serialized parts of a world;
-//! - `memento`: states to which a stop or an undo returns; `edits`: edits, undone and redone;
-//! - `source`: the scene file for an edited scene; `saving`: writes it; `recovery`: copies of unsaved edits;
+//! - `memento`: states to which a stop or an undo returns; `edits`: makes, undoes and redoes edits;
+//! - `source`: converts an edited scene to a scene file; `saving`: writes this file; `recovery`: copies of unsaved
+//!   edits;
 //! - `document`: the fingerprint of a scene; `save`: a world as a document; `whole`: atomic writing of files.
 //!
-//! If a plugin cannot save its state, a world can be restored by *replay*: a new world of the same scene is run up to
-//! the step of the snapshot.
+//! If a plugin cannot save its state, a world can be restored by *replay* instead: a new world of the same scene is run
+//! up to the step of the snapshot.
 
 mod document;
 pub(crate) mod edits;

@@ -1,7 +1,7 @@
-//! Copies of scenes with unsaved edits, in case the program exits unexpectedly.
+//! Writes and reads recovery copies of scenes with unsaved edits, in case the program exits unexpectedly.
 //!
-//! A copy is a folder beside the scene's file, `.NAME.recovery`. It contains the files that a save would write; the
-//! scene file is written last.
+//! A copy is a folder beside the scene's file, `.NAME.recovery`. It contains the files that a save would write. Since
+//! the scene file is written last, a copy without it is incomplete.
 
 use std::{
     ffi::OsString,
@@ -23,8 +23,9 @@ use super::{
 };
 use crate::cell::WorldCell;
 
-/// Name of the scene file in a copy; separate files are in the folder `FILES` beside it.
+/// Name of the scene file in a copy.
 const SCENE: &str = "scene.toml";
+/// Name of the folder in a copy that contains the scene's separate files.
 const FILES: &str = "files";
 /// Maximum number of files in a copy.
 const MOST_FILES: usize = 100_000;
@@ -44,7 +45,7 @@ primitive = \"plane\"
 respondable = true
 ";
 
-/// Returns the folder of the copy of a scene.
+/// Returns the folder for the recovery copy of a scene.
 fn folder_of(scene: &Path) -> PathBuf {
     let mut name = OsString::from(".");
     name.push(scene.file_name().unwrap_or_default());
@@ -56,7 +57,7 @@ fn failed(what: &str, path: &Path, e: &io::Error) -> Error {
     Error::new("E105", format!("the recovery copy {} cannot be {what}: {e}", path.display()))
 }
 
-/// Writes a copy, if there are edits since the last one.
+/// Writes a copy if there are edits since the last copy, or removes the copy if all edits are saved.
 pub(crate) fn write(cell: &WorldCell) -> Result {
     if !cell.model.history.borrow().wants_copy() {
         return Ok(());
@@ -86,8 +87,8 @@ pub(crate) fn write(cell: &WorldCell) -> Result {
     Ok(())
 }
 
-/// Sets aside a copy that an earlier process left and that was neither opened nor discarded: the copy is renamed, and
-/// is not offered again.
+/// Sets aside a copy of an earlier process that was neither opened nor discarded, by renaming it. It is not offered
+/// again.
 fn set_aside_foreign(cell: &WorldCell, scene: &Path) -> Result {
     let is_answered = cell.model.history.borrow().has_copy() || cell.model.document.sources.are_recovered();
     if is_answered || written_at(scene).is_none() {
@@ -96,15 +97,16 @@ fn set_aside_foreign(cell: &WorldCell, scene: &Path) -> Result {
     let folder = folder_of(scene);
     let name = |n: usize| PathBuf::from(format!("{}-{n}", folder.display()));
     let free = (1..=MOST_ASIDE).map(name).find(|p| p.symlink_metadata().is_err());
-    let free = free.ok_or_else(|| failed("kept", &folder, &io::Error::other("too many are kept already")))?;
+    let free = free
+        .ok_or_else(|| failed("kept", &folder, &io::Error::other("there are too many earlier copies; remove some")))?;
     fs::rename(&folder, &free).map_err(|e| failed("kept", &folder, &e))?;
     let text = format!("an earlier recovery copy, which was neither opened nor discarded, is now {}", free.display());
     cell.log(TATU_LOG_WARNING, &text);
     Ok(())
 }
 
-/// Removes the copy after a save. A copy that an earlier process left and that was neither opened nor discarded is set
-/// aside instead.
+/// Removes the copy after a save. A copy of an earlier process that was neither opened nor discarded is set aside
+/// instead.
 pub(super) fn discard_own(cell: &WorldCell) -> Result {
     if let Some(scene) = own_file(cell) {
         set_aside_foreign(cell, &scene)?;
@@ -112,14 +114,15 @@ pub(super) fn discard_own(cell: &WorldCell) -> Result {
     discard(cell)
 }
 
-/// Removes the copy.
+/// Removes the recovery copy of the world's scene.
 pub(crate) fn discard(cell: &WorldCell) -> Result {
     let Some(folder) = own_file(cell).map(|f| folder_of(&f)) else { return Ok(()) };
     if folder.symlink_metadata().is_ok_and(|about| !about.is_dir()) {
         let e = io::Error::other("it is a link or a file");
         return Err(failed("removed", &folder, &e));
     }
-    // A folder without the scene file does not count as a copy, even if its other files cannot be removed.
+    // The scene file is removed first, because a folder without it is not treated as a copy, even if its other files
+    // cannot be removed.
     match fs::remove_file(folder.join(SCENE)) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(failed("removed", &folder, &e)),
         _ => {}
@@ -133,7 +136,7 @@ pub(crate) fn discard(cell: &WorldCell) -> Result {
     }
 }
 
-/// Returns when a copy beside a scene's file was written, Unix time in s.
+/// Returns the time at which the copy of a scene was written, Unix time in s, or `None` if there is no copy.
 pub(super) fn written_at(scene: &Path) -> Option<i64> {
     folder_of(scene).symlink_metadata().ok().filter(fs::Metadata::is_dir)?;
     let file = folder_of(scene).join(SCENE).symlink_metadata().ok().filter(fs::Metadata::is_file)?;
@@ -141,7 +144,7 @@ pub(super) fn written_at(scene: &Path) -> Option<i64> {
     i64::try_from(since.as_secs()).ok()
 }
 
-/// Returns the path under which the sources hold the scene file as it was on disk when its copy was recovered.
+/// Returns the path under which the sources contain the scene file as it was on disk when its copy was recovered.
 pub(super) fn on_disk_then(scene: &Path) -> PathBuf {
     folder_of(scene).join("on-disk")
 }
@@ -152,7 +155,7 @@ pub(crate) fn read(_: &WorldCell, scene: &Path) -> Result<Sources> {
     let text = folder.join(SCENE);
     let bytes = read_plain(&text, MOST_BYTES).map_err(|e| failed("read", &text, &e))?;
     let mut files = vec![(scene.to_owned(), bytes)];
-    // A save compares the file on disk with its present contents, so they are stored as well.
+    // The present contents of the scene file are stored as well, because a save compares them with the file on disk.
     files.extend(read_plain(scene, MOST_BYTES).ok().map(|now| (on_disk_then(scene), now)));
     let above = scene.parent().unwrap_or(Path::new(""));
     let mut ahead = vec![(folder.join(FILES), above.to_owned(), 0)];
@@ -172,11 +175,11 @@ pub(crate) fn read(_: &WorldCell, scene: &Path) -> Result<Sources> {
     Ok(Sources::over(files, true))
 }
 
-/// Returns the file of a new scene, which is written when it is saved.
+/// Returns the sources of a new scene. Its file is written when the scene is saved.
 pub(crate) fn new_scene(file: &Path) -> Result<Sources> {
     if file.symlink_metadata().is_ok() {
         let text = format!("{} exists already", file.display());
-        return Err(Error::new("E105", text).help("choose another name for the new scene"));
+        return Err(Error::new("E105", text).help("choose a different name for the new scene"));
     }
     Ok(Sources::over([(file.to_owned(), NEW.as_bytes().to_vec())], false))
 }

@@ -1,4 +1,4 @@
-//! Restores a world from a snapshot. If that is not possible, the recorded inputs allow a replay of the run instead.
+//! Restores a world from a snapshot. If this is not possible, the run can be replayed from the recorded inputs instead.
 
 use std::collections::BTreeSet;
 
@@ -24,8 +24,8 @@ fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
         .help("replay the run up to that step, in a new world with the same scene")
 }
 
-/// Checks that a snapshot fits the world, that the world is new, and, unless `allow_partial` is set, that the snapshot
-/// is complete.
+/// Checks that a snapshot belongs to the world's scene and plugins, that the world is new, and, unless `allow_partial`
+/// is set, that the snapshot is complete.
 pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) -> Result {
     snapshot.check(&cell.model.document, &cell.model.registry)?;
     if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
@@ -65,7 +65,7 @@ pub(crate) fn records(snapshot: &Snapshot) -> Result<Vec<Record>> {
     session::file::from_bytes(&snapshot.head.log).ok_or_else(|| damaged("the recorded inputs cannot be read"))
 }
 
-/// Ends the scripts that had ended before the snapshot; all others must exist in it.
+/// Ends the scripts that had ended before the snapshot. All scripts of the snapshot must exist in the world.
 fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Result {
     let there: Vec<u32> = images.iter().map(|i| i.slot).collect();
     let known = |slot: u32| cell.run.scripts.borrow().by_slot(slot).is_some();
@@ -107,11 +107,11 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
         {
             let mut sensing = cell.devices.sensing.borrow_mut();
             let d = &mut sensing.devices[index];
-            // Plugins hold the address of the block, so it is filled, not replaced.
+            // Plugins store the address of the block, so its contents are replaced, but not the block itself.
             d.state.copy_from_slice(&state_of(life, &image.instance));
             d.fields.copy_from_slice(&image.fields);
             (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
-            // The next measurement applies the settings in the scene.
+            // The next measurement applies the sensor settings of the scene.
             (d.period, d.noise) = (image.period, image.noise.map(|m| Box::new(Noise::of_memory(m))));
             sensing.unsettle();
         }
@@ -141,7 +141,7 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
                 return Err(refused(&what, "its parameters were changed during the run"));
             }
             let kind = &cell.model.registry.actuators[d.kind];
-            // Plugins hold the address of the block, so it is filled, not replaced.
+            // Plugins store the address of the block, so its contents are replaced, but not the block itself.
             d.state.copy_from_slice(&state_of(&kind.life, &image.instance));
             (d.off, d.idle_told) = (image.off, image.idle_told);
             (&kind.life, Living { plugin: kind.plugin, slot: d.slot, data: d.data })
@@ -160,7 +160,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         let mesh = cell.model.document.meshes.get(number as usize);
         match (scene.get_mut(slot).map(|o| &mut o.data), mesh) {
             (Some(Data::Shape(s)), Some(mesh)) => s.mesh = Some(mesh.clone()),
-            _ => return Err(damaged("it names a mesh that the scene does not have")),
+            _ => return Err(damaged("it refers to a mesh that the scene does not contain")),
         }
     }
     let shapes: Vec<u32> = scene.slots().filter(|(_, o)| o.shape().is_some()).map(|(slot, _)| slot).collect();
@@ -186,7 +186,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         .collect();
     cell.run.calls.waits.borrow_mut().restore(image.waits);
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
-    // The run that wrote the snapshot has already reported the lines of the start.
+    // The run that wrote the snapshot has already reported the log lines of the start.
     cell.run.lines.hold().clear();
     // The targets of beams are rebuilt from the restored scene.
     cell.devices.sensing.borrow_mut().forget_scene();
@@ -206,7 +206,7 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
     Ok(())
 }
 
-/// Restores the state of services; the states of services that are not running are dropped. A world that is not in a
+/// Restores the states of services. The states of services that are not running are discarded. A world that is not in a
 /// session retains the states until it joins one.
 pub(crate) fn services(cell: &WorldCell) -> Result {
     let Some(session) = cell.run.outside.session() else { return Ok(()) };

@@ -1,4 +1,4 @@
-//! Saves a world as a document that starts in the world's current state.
+//! Converts a world to a document that describes its current state.
 
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::Declared;
@@ -9,8 +9,8 @@ use tatu_scene::{
 
 use crate::cell::WorldCell;
 
-/// Returns a document of an object and all its descendants, or of all objects if `base` is 0: objects, devices with
-/// their parameters, and scripts of the scene with their sources. It does not contain velocities or the internal state
+/// Returns a document of an object and all its descendants, or of the whole scene if `base` is 0. It contains objects,
+/// devices with their parameters, and scripts of the scene with their sources, but no velocities and no internal state
 /// of scripts and devices.
 pub(crate) fn document_of(cell: &WorldCell, base: u32) -> Document {
     let mut settings = cell.model.settings.borrow().clone();
@@ -49,7 +49,7 @@ pub(crate) fn device_of(cell: &WorldCell, slot: u32) -> Option<DeviceSpec> {
     }
 }
 
-/// Returns the scripts of an object that belong to the scene; add-ons belong to the run.
+/// Returns the scripts of an object that are part of the scene. Add-ons are not.
 pub(crate) fn scripts_of(cell: &WorldCell, slot: u32) -> Vec<ScriptSpec> {
     let (scene, scripts) = (cell.state.scene.borrow(), cell.run.scripts.borrow());
     let all = scene.scripts(slot).into_iter().filter_map(|s| scripts.by_slot(s));

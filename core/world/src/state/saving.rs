@@ -1,4 +1,4 @@
-//! Saves an edited scene without overwriting changes made by others.
+//! Saves an edited scene without overwriting changes that other programs made to its files.
 
 use std::{fs, io, path::Path};
 
@@ -12,8 +12,9 @@ use super::{
 };
 use crate::cell::WorldCell;
 
-/// Saves the state of the scene while stopped: to its own file if `file` is empty, otherwise to that file, which
-/// becomes the scene's own. A file that has changed on disk is replaced only if `over` is set.
+/// Saves the state of the scene in which the simulation is stopped: to the scene's own file if `file` is empty,
+/// otherwise to `file`, which becomes the scene's own file. A different existing file, or a file that has changed on
+/// disk, is replaced only if `over` is set.
 pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
     let own = cell.model.document.file.clone();
     let target = match (file.as_os_str().is_empty(), &own) {
@@ -23,7 +24,7 @@ pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
     };
     if target.extension().is_none_or(|e| e != "toml") {
         let text = format!("{} cannot be written: scenes are saved as `.toml` files", target.display());
-        return Err(Error::new("E105", text).help("save it under another name"));
+        return Err(Error::new("E105", text).help("save it under a name that ends with `.toml`"));
     }
     let same = is_own(cell, &target);
     let target = own.filter(|_| same).unwrap_or(target);
@@ -38,14 +39,15 @@ pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
     let saved = match in_place(cell, &state, &target) {
         Ok(saved) => saved,
         Err(e) if same => return Err(e),
-        // In a file under another name, every object can be written on its own without losing any text.
+        // In a new file, every object can be written separately, because there is no existing text to preserve.
         Err(_) => flat(cell, &state, &target)?,
     };
     if same && !over {
         files_unchanged(cell, &target, &saved.written)?;
     }
     document::save(&target, &saved.written, &write_whole)?;
-    // The copy belongs to the file that was saved, or to the previous file of the scene.
+    // The recovery copy is no longer needed. It is beside the file that was saved, or beside the previous file of the
+    // scene.
     recovery::discard_own(cell)?;
     adopt(cell, saved, &state.scene);
     cell.model.history.borrow_mut().note_saved();
@@ -53,13 +55,13 @@ pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
     Ok(())
 }
 
-/// Returns whether a file is the scene's own, by whatever path.
+/// Returns whether a path refers to the scene's own file.
 pub(crate) fn is_own(cell: &WorldCell, file: &Path) -> bool {
     let real = |p: &Path| fs::canonicalize(p).or_else(|_| std::path::absolute(p)).ok();
     cell.model.document.file.as_deref().is_some_and(|own| own == file || real(own) == real(file))
 }
 
-/// Checks that the separate files that are about to be replaced have not changed since they were read.
+/// Checks that the separate files that are about to be replaced have not changed on disk since they were read.
 fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result {
     let (folder, sources) = (scene.parent().unwrap_or(Path::new("")), &cell.model.document.sources);
     for (name, _) in &written.files {
@@ -73,7 +75,8 @@ fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result 
     Ok(())
 }
 
-/// Checks that the scene's file has not changed since it was read, or since a copy of it was recovered.
+/// Checks that the scene's file has not changed on disk since it was read or, if a recovery copy was opened, since
+/// then.
 fn unchanged_on_disk(cell: &WorldCell, file: &Path) -> Result {
     let sources = &cell.model.document.sources;
     let now = fs::read(file);

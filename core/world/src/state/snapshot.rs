@@ -16,11 +16,11 @@ use crate::{
     session,
 };
 
-/// Captures everything that determines the future of the run, between two steps. The header lists what could not be
-/// saved. The run continues unaffected.
+/// Captures all state that determines the future of the run, between two steps. The header lists the instances that
+/// could not be saved. The run is not affected.
 pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     if !cell.running() {
-        return Err(Error::new("E503", "a snapshot can be taken only of a running world").help("start it first"));
+        return Err(Error::new("E503", "a snapshot can be taken only of a running world").help("start the world first"));
     }
     let mut snapshot = Snapshot::new(Head {
         tatu: env!("CARGO_PKG_VERSION").to_owned(),
@@ -51,7 +51,8 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     Ok(snapshot)
 }
 
-/// Returns the meshes that shapes use, by index in the document.
+/// Returns, for each shape with a mesh, its slot and the index of the mesh in the document. Fails if a mesh or an image
+/// does not belong to the document.
 fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
     let mut out = Vec::new();
     for (slot, o) in scene.slots() {
@@ -75,7 +76,7 @@ fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
     Ok(out)
 }
 
-/// Returns whether an image is the one with this number in the document.
+/// Returns whether an image is the document's image with this number, counted from 1.
 fn owns(cell: &WorldCell, image: &Arc<Image>, number: u32) -> bool {
     let known = cell.model.document.images.get((number as usize).wrapping_sub(1));
     known.is_some_and(|known| Arc::ptr_eq(known, image))
@@ -173,8 +174,8 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
     out
 }
 
-/// Returns the commands that wait for a client of a service or for a thread of a plugin. They cannot be saved, because
-/// another process has no such client or thread.
+/// Returns the commands that wait on behalf of a service's client or for a thread of a plugin. They cannot be saved,
+/// because the client and the thread do not exist in another process.
 fn from_outside(cell: &WorldCell) -> Vec<Missed> {
     let waits = cell.run.calls.waits.borrow().all();
     let waits = waits.into_iter().filter(|w| matches!(w.owner, Owner::Service(_)) || matches!(w.due, Due::Wake(_)));
@@ -191,7 +192,7 @@ fn from_outside(cell: &WorldCell) -> Vec<Missed> {
         .collect()
 }
 
-/// Saves the instances of command plugins, by plugin.
+/// Saves the instances of command plugins, by the id of the plugin.
 fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
     let mut out = Vec::new();
     for (plugin, life) in &cell.model.registry.world_lives {
@@ -206,7 +207,7 @@ fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceI
     out
 }
 
-/// Saves the instances of services for this world, by service; services without state are left out.
+/// Saves the states of services, by the id of the service. Services without state are omitted.
 fn services(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
     let Some(session) = cell.run.outside.session() else { return Vec::new() };
     let (mut out, mut i) = (Vec::new(), 0);

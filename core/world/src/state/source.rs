@@ -1,5 +1,5 @@
-//! Converts an edited scene to a scene file: the file that it was opened from, with only the edited parts changed, or a
-//! new file.
+//! Converts an edited scene to a scene file, which is either the file from which it was opened, with only the edited
+//! parts changed, or a new file.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -25,18 +25,20 @@ use crate::cell::{
     history::{Memento, WORLD},
 };
 
-/// Maximum number of rounds of changes: one per nesting level of models that were added, and a few more.
+/// Maximum number of rounds of changes. Each nesting level of models that were added requires one, and a few more can
+/// be necessary.
 const MOST_ROUNDS: usize = 6;
 
-/// A scene file that describes the edited scene, and the document that results from reading it.
+/// The text of a scene file that describes the edited scene, and the document that results from reading it.
 pub(super) struct Saved {
     pub written: Written,
     document: Arc<Document>,
-    /// The slot of each object of the document.
+    /// The slot in the edited scene of each object of the document, or 0.
     slots: Vec<u32>,
 }
 
-/// Returns the state of the scene while stopped, with the present texts of scripts that were changed in the run.
+/// Returns the state that the scene has, or will have, when the simulation is stopped, with the present sources of
+/// scripts that were changed in the run.
 pub(super) fn stopped(cell: &WorldCell) -> Memento {
     let Some(mut start) = cell.model.initial.borrow().clone() else { return capture(cell) };
     let scripts = cell.run.scripts.borrow();
@@ -48,7 +50,7 @@ pub(super) fn stopped(cell: &WorldCell) -> Memento {
     start
 }
 
-/// Returns the scene file, changed so that it describes the edited scene.
+/// Returns the text of the scene file, changed such that it describes the edited scene.
 pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
     let mut document = cell.model.document.shared();
     let own = document.file.clone().filter(|f| f.extension().is_some_and(|e| e == "toml"));
@@ -70,7 +72,7 @@ pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Resu
             let mut written = Written { text, files: files.into_iter().collect(), ..Written::default() };
             if cell.model.document.sources.are_recovered() {
                 written.files.extend(recovered_files(&document, target, &written));
-                // From now on, the saved files are those on disk.
+                // After the save, the contents of these files on disk are those that were recovered.
                 document = read(cell, target, &written.text, &written.files.iter().cloned().collect())?;
                 slots = by_path(&document, &state.scene);
             }
@@ -94,10 +96,10 @@ pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Resu
 fn not_in_place(problems: &[String]) -> Error {
     let why = if problems.is_empty() { "the edits".to_owned() } else { problems.join("; ") };
     Error::new("E125", format!("the scene cannot be saved by changing its file: {why}"))
-        .help("save it under another name, which writes every object on its own")
+        .help("save it under a different name, which writes every object separately")
 }
 
-/// Runs one round of changes of the text.
+/// Runs one round of changes to the text.
 fn round(
     cell: &WorldCell,
     state: &Memento,
@@ -128,7 +130,7 @@ fn round(
     patch(text, &edited, &cell.model.registry)
 }
 
-/// Returns the scene as a file in which every object is written on its own.
+/// Returns the text of a new scene file in which every object is written separately.
 pub(super) fn flat(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
     let parts = Parts::of(cell, state);
     let mut settings = state.settings.clone();
@@ -143,7 +145,7 @@ pub(super) fn flat(cell: &WorldCell, state: &Memento, target: &Path) -> Result<S
     Ok(Saved { written, document, slots })
 }
 
-/// Returns the services that the scene's own file names, without those that options of the program added.
+/// Returns the services that the scene's own file declares, without those that options of the program added.
 fn own_services(cell: &WorldCell) -> Vec<ServiceSpec> {
     let document = cell.model.document.shared();
     let Some(own) = document.file.as_deref().filter(|f| f.extension().is_some_and(|e| e == "toml")) else {
@@ -159,8 +161,8 @@ fn same_folder(a: &Path, b: &Path) -> bool {
     a.parent() == b.parent() || real(a).is_some_and(|folder| Some(folder) == real(b))
 }
 
-/// Returns whether a scene file refers to no other file in its folder, so that its text has the same meaning in another
-/// folder.
+/// Returns whether a scene file does not refer to other files in its folder, so that its text has the same meaning in a
+/// different folder.
 fn stands_alone(document: &Document, own: &Path) -> bool {
     let folder = own.parent().unwrap_or(Path::new(""));
     document.sources.files().iter().all(|(path, _)| path == own || !path.starts_with(folder))
@@ -170,7 +172,7 @@ fn stands_alone(document: &Document, own: &Path) -> bool {
 fn read(cell: &WorldCell, target: &Path, text: &str, files: &BTreeMap<String, Vec<u8>>) -> Result<Arc<Document>> {
     let folder = target.parent().unwrap_or(Path::new(""));
     let known = cell.model.document.sources.files();
-    // The document's own files are used as they were first read, so that only edits make a difference.
+    // The document's own files are used with the contents that were first read, so that only edits make a difference.
     let before = known.into_iter().map(|(path, bytes)| (path, bytes.to_vec()));
     let beside = files.iter().map(|(name, bytes)| (folder.join(name), bytes.clone()));
     let all = before.chain(beside).chain([(target.to_owned(), text.as_bytes().to_vec())]);
@@ -185,7 +187,7 @@ fn read(cell: &WorldCell, target: &Path, text: &str, files: &BTreeMap<String, Ve
     }
 }
 
-/// Makes a saved file the one that the scene is built from.
+/// Replaces the world's document by that of a saved file.
 pub(super) fn adopt(cell: &WorldCell, saved: Saved, scene: &Scene) {
     let origins = saved.slots.iter().map(|slot| if *slot == 0 { 0 } else { scene.id(*slot) }).collect();
     *cell.model.origins.borrow_mut() = origins;
@@ -199,7 +201,8 @@ fn live_slots(cell: &WorldCell, state: &Memento) -> Vec<u32> {
     origins.iter().map(|id| if *id == 0 { 0 } else { here(id) }).collect()
 }
 
-/// Returns the slot in the scene of each object of a document that was read again, by its path.
+/// Returns the slot in the scene of each object of a document that was read again, by the object's path, or 0 if there
+/// is no such object.
 fn by_path(document: &Document, scene: &Scene) -> Vec<u32> {
     let (base, slots) = document.instantiate();
     let (there, here) = (base.paths(), scene.paths());
@@ -220,11 +223,11 @@ fn files_in(target: &Path, folder: &str) -> BTreeSet<String> {
     names.map(|n| format!("{folder}/{}", n.to_string_lossy()).to_lowercase()).collect()
 }
 
-/// Returns the recovered scripts below the folder of the scene file that differ from those on disk.
+/// Returns the recovered script files below the folder of the scene file that differ from the files on disk.
 fn recovered_files(document: &Document, target: &Path, written: &Written) -> Vec<(String, Vec<u8>)> {
     let folder = target.parent().unwrap_or(Path::new(""));
     let used: BTreeSet<&Path> = document.objects.iter().flat_map(|o| &o.scripts).map(|s| Path::new(&s.name)).collect();
-    // Links could point to files elsewhere.
+    // Paths are compared after links are resolved, because links could point to files outside the folder.
     let real = |p: &Path| fs::canonicalize(if p.as_os_str().is_empty() { Path::new(".") } else { p }).ok();
     let is_below = |path: &Path| {
         let (above, folder) = (path.parent().and_then(real), real(folder));

@@ -1,4 +1,4 @@
-//! Atomic writing of files.
+//! Writes files atomically.
 
 use std::{
     fs::{self, File},
@@ -6,9 +6,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Writes a temporary file next to `path`, then renames it. If `path` is a link, its target is replaced, and an
-/// existing file keeps its permissions. Anything but a regular file, such as a pipe or a device, is refused, because
-/// renaming would replace it.
+/// Writes a temporary file next to `path`, then renames it to `path`. If `path` is a link, its target is replaced. An
+/// existing file keeps its permissions. If `path` is not a regular file, for example a pipe or a device, writing is
+/// refused, because renaming would replace it.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let path = target(path)?;
     let before = match fs::metadata(&path) {
@@ -30,7 +30,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     part.persist(&path).map(drop).map_err(|e| e.error)
 }
 
-/// Returns the target of a link, which need not exist.
+/// Follows links from `path`, and returns the final target, which need not exist.
 fn target(path: &Path) -> Result<PathBuf> {
     let mut path = path.to_owned();
     for _ in 0..40 {
@@ -39,10 +39,11 @@ fn target(path: &Path) -> Result<PathBuf> {
             Err(_) => return Ok(path),
         }
     }
-    Err(Error::new(ErrorKind::InvalidInput, "the link refers to itself"))
+    Err(Error::new(ErrorKind::InvalidInput, "there are too many links in a chain, or a link refers to itself"))
 }
 
-/// Configures temporary files: a unique name, so that two runs do not share one, and the permissions of a new file.
+/// Configures temporary files with a unique name, so that two processes do not share one, and with the permissions of a
+/// new file.
 fn builder() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".tatu-").suffix(".part");

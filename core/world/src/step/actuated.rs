@@ -1,5 +1,4 @@
-//! Advances the engine together with the devices that take part in this: actuators, and sensors that are measured after
-//! each physics step.
+//! Advances the engine together with actuators, and with sensors that measure after each physics step.
 
 use tatu_devices::{
     actuators::{self, Acts, ApplyFailure},
@@ -28,7 +27,8 @@ struct Between<'a> {
     sensors: Option<StepSensing<'a>>,
 }
 
-/// Advances physics by `dt`, or by only the engine step with the index `part` of those that make up `dt`.
+/// Advances physics by `dt`, or, if `part` is given, only by the engine step with this index among those that make up
+/// `dt`.
 pub(super) fn advance(world: &WorldCell, dt: f64, part: Option<u32>) -> Advanced {
     let (mut scene, mut dynamics) = (world.state.scene.borrow_mut(), world.state.dynamics.borrow_mut());
     let (mut actuators, mut sensing) = (world.devices.actuators.borrow_mut(), world.devices.sensing.borrow_mut());
@@ -52,7 +52,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64, part: Option<u32>) -> Advanced
     let measured = sensing.devices.iter().map(|d| &registry.sensors[d.kind]).filter(|k| k.in_physics());
     world.border.note_called(called.chain(measured.map(|k| k.plugin)));
     let (watch, scene_now): (_, &Scene) = (&*world.border.watch, scene);
-    // This is called only for devices that no body carries.
+    // The velocity is requested only for devices that are not attached to a body.
     let twist = |slot: u32| world.state.twist_by_motion(scene_now, slot);
     let time = world.state.clock.time.get() + world.state.clock.so_far();
     let acts = Acts { scene: scene_now, registry, twist: &twist, time, watch };

@@ -1,4 +1,5 @@
-//! The barrier between two passes: ends the scripts and devices of removed objects, and adds new objects to the engine.
+//! The barrier between two passes, at which the scripts and devices of removed objects end, and new objects are added
+//! to the engine.
 
 use super::sensors;
 use crate::{

@@ -1,4 +1,4 @@
-//! Passes in which simulation time does not advance: while it is stopped or paused.
+//! Runs passes in which simulation time does not advance, because the simulation is stopped or paused.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
@@ -23,7 +23,7 @@ pub(super) fn suspend(world: &WorldCell) {
     world.restore_process_state("the beginning of a pause");
 }
 
-/// Runs a pass while the simulation is paused. A script that requests a start ends the pause with this pass.
+/// Runs a pass while the simulation is paused. If a script requests a start, the pause ends after this pass.
 pub(crate) fn paused(world: &WorldCell) {
     arrivals::take_in(world);
     barrier(world);
@@ -35,7 +35,7 @@ pub(crate) fn paused(world: &WorldCell) {
     }
 }
 
-/// Resumes the simulation: time advances again in the next pass.
+/// Ends a pause, so that simulation time advances again in the next pass, and discards requests to pause or start.
 pub(crate) fn lift(world: &WorldCell) {
     world.state.requests.set(world.state.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
     if world.state.phase.get() == Phase::Paused {

@@ -1,19 +1,19 @@
 //! One pass of a world.
 //!
 //! ```text
-//! barrier   removed objects are ended, added ones join; simulation time does not advance
-//! actuate   scripts act: callbacks, waits that have ended
-//! physics   actuators push, the engine advances dt; poses are copied back
-//! sense     due sensors: beams, batches by kind, readings
-//! react     scripts process the readings
-//! turn      time advances, then the phase: requests to pause and stop take effect here
+//! barrier   devices of removed objects end, new objects are added; simulation time does not advance
+//! actuate   actuation callbacks of scripts; waits that have ended are resumed
+//! physics   actuators apply forces, the engine advances by dt; poses are copied back
+//! sense     sensors that are due measure, in batches by kind
+//! react     sensing callbacks of scripts, which process the readings
+//! turn      time advances, then the phase; requests to pause and stop take effect here
 //! ```
 //!
 //! The stages are functions of the world, and `step` calls them in the default order. If the world has a driver (a
 //! script of kind `main`), `step` calls the driver instead, which requests stages in any order (see `stages`).
 //!
-//! Time advances at the end of a pass, by the duration of its physics stages: all callbacks of a pass see the time at
-//! which it began, and if a driver skips physics, time does not advance.
+//! Time advances at the end of a pass, by the duration of its physics stages. During the pass, all callbacks read the
+//! time at which it began. If a driver skips physics, time does not advance.
 
 mod actuated;
 mod barrier;
@@ -35,7 +35,7 @@ use crate::{
     recording,
 };
 
-/// Runs one pass: that of the driver, or the stages in their default order.
+/// Runs one pass, by calling the driver or, without a driver, the stages in their default order.
 pub(crate) fn step(world: &WorldCell) {
     barrier(world);
     // After a stop has been requested, scripts can no longer hold the world.
@@ -47,10 +47,10 @@ pub(crate) fn step(world: &WorldCell) {
         None => {
             let dt = world.state.clock.dt.get();
             for stage in [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React] {
-                // This cannot fail: no stage is running, and nothing is borrowed.
+                // This cannot fail, because no stage is running and nothing is borrowed.
                 let _ = run(world, stage, dt, "the step");
             }
-            // Graphs record the result of the step; a driver requests records itself.
+            // Graphs record the result of the step. A driver requests samples itself.
             let _ = recording::record_due(world, world.state.clock.time.get() + world.state.clock.so_far());
         }
     }
@@ -62,8 +62,7 @@ pub(crate) fn step(world: &WorldCell) {
     turn(world);
 }
 
-/// Advances the phase after a pass. The end of a run is carried out with the next step, so that its last state can be
-/// read.
+/// Advances the phase after a pass. A run is ended at the next step, so that its last state can be read before.
 fn turn(world: &WorldCell) {
     let (stop, pause) = (world.stop_requested(), world.state.requests.get() & 1 << TATU_REQUEST_PAUSE != 0);
     let next = world.state.phase.get().after(stop, pause);

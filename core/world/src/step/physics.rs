@@ -8,7 +8,7 @@ use tatu_plugins::watchdog::Call;
 use super::{actuated, sensors::tell_of_sensors, substeps};
 use crate::cell::{WorldCell, instance_fault};
 
-/// Applies the forces of actuators and advances the engine: one sub-step at a time if scripts have callbacks in
+/// Applies the forces of actuators and advances the engine, one sub-step at a time if scripts have callbacks in
 /// between.
 pub(super) fn physics(world: &WorldCell, dt: f64) {
     let done = match dt > 0.0 && substeps::wanted(world) {
@@ -33,7 +33,7 @@ pub(super) fn physics(world: &WorldCell, dt: f64) {
     }
 }
 
-/// Reports an actuator that failed, once, or warns of one that has no effect.
+/// Reports an actuator that failed, or warns of one that has no effect.
 fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
     if failed.status < 0 {
         let plugin = world.model.registry.actuators[failed.kind].plugin;
@@ -45,7 +45,7 @@ fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
     }
 }
 
-/// Warns of a body that is very fast or far away, which usually means that something went wrong before.
+/// Warns of a body that is very fast or very far away, which usually indicates an earlier error.
 fn tell_of_stray(world: &WorldCell, slot: u32, speed: f64, way: f64) {
     let (path, time) =
         (world.state.scene.borrow().path(slot), world.state.clock.time.get() + world.state.clock.so_far());

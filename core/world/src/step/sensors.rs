@@ -1,4 +1,4 @@
-//! The stage in which sensors are measured.
+//! The sense stage, in which sensors measure.
 
 use tatu_devices::sense::{self, Around, Job, MeasureFailure, MeasureOptions, Moment, Turn};
 use tatu_plugins::watchdog::Call;
@@ -7,7 +7,7 @@ use crate::{
     cell::{Callback, Scripts, WorldCell, instance_fault},
     instances::end_sensor,
 };
-/// Measures all sensors that are due.
+/// Measures with all sensors that are due.
 pub(super) fn sense(world: &WorldCell) {
     let mut measured = Scripts::any_has(world, Callback::Measured).then(Vec::new);
     let mut asked = Turn::default();
@@ -19,7 +19,7 @@ pub(super) fn sense(world: &WorldCell) {
     }
     for kind in 0..world.model.registry.sensors.len() {
         if feels(world, kind) {
-            // These sensors have been measured during physics.
+            // These sensors have been measured in the physics stage.
             if let Some(measured) = &mut measured {
                 let sensing = world.devices.sensing.borrow();
                 measured.extend(sensing.of_kind(kind).filter(|d| !d.off && d.sequence > 0).map(|d| d.slot));
@@ -54,15 +54,15 @@ pub(super) fn sense(world: &WorldCell) {
     world.restore_process_state("sensing");
 }
 
-/// Returns whether sensors of a kind are measured during physics.
+/// Returns whether sensors of a kind are measured in the physics stage.
 fn feels(world: &WorldCell, kind: usize) -> bool {
     let kind = &world.model.registry.sensors[kind];
     kind.in_physics() || kind.of_actuator
 }
 
-/// Measures some sensors of one kind now. A sensor that fails is switched off and reported once.
+/// Measures with some sensors of one kind immediately. A sensor that fails is switched off and reported.
 pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &MeasureOptions) {
-    // Nothing that such a sensor could measure happens between two physics steps.
+    // The quantities that such sensors measure do not change outside physics steps.
     if feels(world, kind) {
         return;
     }

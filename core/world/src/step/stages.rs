@@ -10,7 +10,7 @@ use crate::{
     events,
 };
 
-/// A part of a step.
+/// A stage of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stage {
     Actuate = TATU_STAGE_ACTUATE as isize,
@@ -21,7 +21,7 @@ pub(crate) enum Stage {
 }
 
 impl Stage {
-    /// Returns the stage that a number in the ABI denotes.
+    /// Returns the stage that a value of `TATU_STAGE_*` denotes.
     pub fn of(number: u32) -> Option<Self> {
         [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React, Stage::Clean]
             .into_iter()
@@ -50,8 +50,8 @@ impl Drop for Running<'_> {
     }
 }
 
-/// Runs a stage now; `who` requests it. Fails if the stage is running already (the message shows the chain of
-/// requests), or if a caller further up the stack has borrowed a part of the world.
+/// Runs a stage immediately; `who` is the name of the caller that requests it. Fails if the stage is running already,
+/// with the chain of requests in the message, or if a caller further up the stack has borrowed a part of the world.
 pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'static, str>>) -> Result<(), String> {
     let who = who.into();
     {
@@ -64,7 +64,8 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
             let name = stage.name();
             return Err(format!("the stage `{name}` was requested from within itself: {chain}{who} -> {name}"));
         }
-        // The request was made during a measure or apply call, which may call only the log.
+        // A part of the world is borrowed during a `measure` or `apply` call, which must call no host function except
+        // the log.
         if world.state.scene.try_borrow_mut().is_err() || world.devices.sensing.try_borrow_mut().is_err() {
             return Err(format!("the stage `{}` cannot run from within this call", stage.name()));
         }
@@ -84,7 +85,7 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
     if stage == Stage::Physics {
         events::compare_contacts(world);
     }
-    // In nested stages, the outermost one delivers.
+    // If stages are nested, events are delivered at the end of the outermost stage.
     if outermost {
         events::deliver(world);
     }

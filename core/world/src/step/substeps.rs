@@ -1,11 +1,11 @@
-//! Physics with script callbacks before, within and after each step of the engine. They are called between two steps of
-//! the engine, never from inside its solver.
+//! Advances physics with script callbacks before and after each step of the engine. They are called between two steps
+//! of the engine, never from inside its solver.
 //!
 //! ```text
 //! dyn       after = false
-//! joint     for each joint whose control is `callback`; the first script's answer drives it in this step
+//! joint     for each joint whose control is `callback`; the first answer of a script drives the joint in this step
 //! (the engine's step)
-//! contact   for each pair that began to touch in it; the first script's answer applies from the next step on
+//! contact   for each pair of shapes that began to touch in the step; the first answer applies from the next step on
 //! dyn       after = true
 //! ```
 
@@ -29,8 +29,9 @@ pub(super) fn wanted(world: &WorldCell) -> bool {
 /// One of the engine's steps that make up an advance.
 #[derive(Clone, Copy)]
 struct Part {
-    /// Index of the step, from 0.
+    /// Index of the engine step, from 0.
     number: u32,
+    /// Number of engine steps in the advance.
     count: u32,
     /// Duration of all steps together, s.
     whole: f64,
@@ -107,7 +108,7 @@ fn tell(world: &WorldCell, part: Part, after: bool) {
     Scripts::tell(world, Callback::Dyn, &Value::Map(map));
 }
 
-/// Sets the drives of all joints controlled by scripts, as the scripts answer.
+/// Calls the joint callback for all joints that scripts control, and sets their drives according to the answers.
 fn drive_joints(world: &WorldCell, part: Part) {
     let joints: Vec<u32> = {
         let scene = world.state.scene.borrow();
@@ -144,7 +145,7 @@ fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
     let first = part.number == 0 && world.state.phase.get() == Phase::First;
     let mut map = part.entries();
     map.extend([
-        // The value of this field for joints that physics moves.
+        // 5 is the value of this field for joints that physics moves.
         of("mode", Value::Int(5)),
         of("first", Value::Bool(first)),
         of("handle", Value::Int(slot.into())),

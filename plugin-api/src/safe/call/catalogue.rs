@@ -10,9 +10,9 @@ use crate::safe::{Result, Value, ValueRef, World, call::shared_world::service};
 pub struct About {
     /// All names of the command; the first one is canonical.
     pub names: Vec<String>,
-    /// The names of its parameters.
+    /// The names of its parameters, in order.
     pub params: Vec<String>,
-    /// Description, one sentence.
+    /// What the command does, one sentence.
     pub text: String,
 }
 

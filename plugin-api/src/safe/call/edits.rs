@@ -4,9 +4,9 @@ use crate::abi::*;
 use crate::safe::{Result, ValueRef, World, call::shared_world::service};
 
 impl<'a> World<'a> {
-    /// Makes an edit: all changes by `f` can be undone as one step with the name `label` ("Move cup"). If `f` fails,
-    /// its changes are reverted. Consecutive edits with the same label and the same `merge`, if that is not empty,
-    /// become one.
+    /// Runs `f` as one edit: all its changes can be undone in a single step, labelled `label` ("Move cup"). If `f`
+    /// fails, its changes are reverted. Consecutive edits with the same label and the same `merge` become one edit,
+    /// unless `merge` is empty.
     pub fn edit<T>(&self, label: &str, merge: &str, f: impl FnOnce() -> Result<T>) -> Result<T> {
         let end = service!(self.edits.end);
         self.check(service!(self.edits.begin)(self.raw(), label.into(), merge.into()))?;
@@ -15,8 +15,8 @@ impl<'a> World<'a> {
         let done = done?;
         ended.map(|()| done)
     }
-    /// Undoes the last edit or, if `redo` is set, redoes the last edit that was undone. Returns its label, or `None` if
-    /// there is none.
+    /// Undoes the last edit or, if `redo` is set, redoes the last edit that was undone. Returns the label of the edit,
+    /// or `None` if there is no edit to undo or redo.
     pub fn step_back(&self, redo: bool) -> Result<Option<String>> {
         let mut label = Lent::EMPTY;
         let status = service!(self.edits.step_back)(self.raw(), u32::from(redo), Some(&mut label));
@@ -26,7 +26,8 @@ impl<'a> World<'a> {
         self.check(status)?;
         Ok(Some(label.text().into_owned()))
     }
-    /// Returns the edits as a map, valid until the current call returns: see the header for its keys.
+    /// Returns the state of the edits as a map, valid until the current call returns; its keys are documented at
+    /// `tatu_host_edits.state`.
     pub fn edits(&self) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         self.check(service!(self.edits.state)(self.raw(), Some(&mut value)))?;
@@ -46,15 +47,15 @@ impl<'a> World<'a> {
     pub fn discard_copy(&self) -> Result {
         self.check(service!(self.edits.copy)(self.raw(), 1))
     }
-    /// Adds the objects that a text in the format of scene files describes, below `parent` or, if that is 0, at the
-    /// top. Returns the first object.
+    /// Adds the objects that a text in the format of scene files describes, below `parent` or, if that is 0, at the top
+    /// level. Returns the first object.
     pub fn add_text(&self, text: &[u8], parent: tatu_object) -> Result<tatu_object> {
         let mut out = 0;
         self.check(service!(self.edits.add)(self.raw(), text.into(), parent, Some(&mut out)))?;
         Ok(out)
     }
-    /// Returns the `index`-th kind of device that plugins offer, as a map of `object`, `id` and `text`, or `None` past
-    /// the last one.
+    /// Returns the `index`-th kind of device that plugins offer, from 0, as a map of `object`, `id` and `text`, or
+    /// `None` past the last one.
     pub fn kind(&self, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.edits.kind)(self.raw(), index, Some(&mut out));

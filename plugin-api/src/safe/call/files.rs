@@ -1,29 +1,30 @@
-//! Files of a world, by the paths that scripts use, within the folders that the run allows.
+//! Access to files by the paths that scripts use, in the folders that the run allows.
 
 use crate::abi::*;
 use crate::safe::{Fail, Result, World, call::shared_world::service, value::plain::read_opened};
 
 impl World<'_> {
-    /// Opens a regular file by the path that a script uses, within the folders that the run allows; `mode` is a sum of
-    /// `TATU_FILE_*`. Links, `..` and a changed working folder cannot lead outside of them.
+    /// Opens a regular file by the path that a script uses; `mode` is a sum of `TATU_FILE_*`. The file must be in the
+    /// folders that the run allows, which links, `..` or a changed working folder cannot leave.
     pub fn open_file(&self, name: &[u8], mode: u32) -> Result<std::fs::File> {
         let mut file = -1;
         self.check(service!(self.files.open)(self.raw(), name.into(), mode, Some(&mut file)))?;
         Ok(own_file(file))
     }
-    /// Reads the content of such a file, of at most `most` bytes.
+    /// Opens a file as [`open_file`](Self::open_file) does, and returns its content, which must not exceed `most`
+    /// bytes.
     pub fn read_file(&self, name: &[u8], most: u64) -> Result<Vec<u8>> {
         let file = self.open_file(name, TATU_FILE_READ)?;
         read_opened(file, most)
             .map_err(|e| Fail::missing(format!("`{}` cannot be read: {e}", String::from_utf8_lossy(name))))
     }
-    /// Creates or truncates such a file, and writes it.
+    /// Opens a file as [`open_file`](Self::open_file) does, creates or truncates it, and writes `content` to it.
     pub fn write_file(&self, name: &[u8], content: &[u8]) -> Result {
         let mut file = self.open_file(name, TATU_FILE_WRITE)?;
         std::io::Write::write_all(&mut file, content)
             .map_err(|e| Fail::new(format!("`{}` cannot be written: {e}", String::from_utf8_lossy(name))))
     }
-    /// Returns the real path of a file that a script names, for host functions that take one; `mode` is
+    /// Returns the resolved path of a file whose name a script passed, for host functions that require one; `mode` is
     /// `TATU_FILE_READ` or `TATU_FILE_WRITE`. To read or write the file, use [`open_file`](Self::open_file).
     pub fn file(&self, name: &[u8], mode: u32) -> Result<Vec<u8>> {
         let mut path = Lent::EMPTY;

@@ -1,4 +1,4 @@
-//! The host and its services, looked up once at start.
+//! The host and the tables of its services, which are looked up once, when the plugin starts.
 
 use std::{
     ffi::{CStr, CString, c_void},
@@ -8,7 +8,7 @@ use std::{
 use crate::abi::*;
 use crate::safe::entry::guard;
 
-/// The number of an interned key.
+/// The key of a property or of a field of a reading, interned by [`Host::prop`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Prop(pub tatu_prop);
 
@@ -32,8 +32,8 @@ pub struct Host {
     pub(crate) edits: Option<&'static tatu_host_edits>,
 }
 
-// SAFETY: the tables are immutable and live until shutdown; the header states for each function which threads may call
-// it, and the wrappers keep to that.
+// SAFETY: the tables are immutable and live until shutdown; the header states which threads may call each function, and
+// the wrappers adhere to it.
 unsafe impl Send for Host {}
 // SAFETY: the tables are immutable and live until shutdown, so shared access from several threads only reads them.
 unsafe impl Sync for Host {}
@@ -94,8 +94,8 @@ impl Host {
         }
     }
 
-    /// Returns the folder of the plugin's assets, `tatu_NAME.assets` beside its library, if there is one. Read its
-    /// files at the start, so that they cannot change during a run.
+    /// Returns the folder of the plugin's assets, `tatu_NAME.assets` beside its library, if it exists. Read its files
+    /// when the plugin starts, so that they cannot change during a run.
     pub fn assets(&self) -> Option<&'static Path> {
         // SAFETY: the host lives until the plugin's shutdown and begins with its size; the field is read only if it
         // lies within that size. Its text lives as long as the host.
@@ -104,11 +104,11 @@ impl Host {
             (!at.is_null()).then(|| CStr::from_ptr(at).to_str().ok().map(Path::new)).flatten()
         }
     }
-    /// Returns the raw table, for functions that have no wrapper.
+    /// Returns the host in the form of the ABI, for functions without a wrapper.
     pub fn raw(&self) -> *const tatu_host {
         self.raw
     }
-    /// Returns the table of the command service, for script languages, which use it in their inner loop.
+    /// Returns the table of the service `commands`, for script languages, which use it in their inner loop.
     pub fn commands_table(&self) -> Option<&'static tatu_host_commands> {
         self.commands
     }
@@ -135,7 +135,7 @@ impl Host {
     }
 }
 
-/// Returns a table of the host, if the host has it and it is at least as large as this crate's.
+/// Returns a table of the host as a `T`, unless it is null or smaller than `T`.
 ///
 /// # Safety
 /// `table` must be null, or live as long as the host and begin with its size.

@@ -1,4 +1,4 @@
-//! The interfaces that a plugin calls: the host, worlds, and the call of a command.
+//! The interfaces that a plugin uses: the host, worlds, and running calls of commands.
 
 pub(crate) mod catalogue;
 pub(crate) mod edits;

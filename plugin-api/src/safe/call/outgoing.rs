@@ -1,4 +1,4 @@
-//! Calls made by a plugin: of commands, and of functions of scripts and clients.
+//! Calls that a plugin makes: of commands, and of functions of scripts and clients.
 
 use crate::abi::*;
 use crate::safe::{Fail, Result, Value, ValueRef, World, call::shared_world::service, value::owned::Owned};
@@ -42,7 +42,8 @@ pub(crate) fn call_by_name(world: &World<'_>, name: &str, args: &[Value], token:
     call(world, frame, args, |world, frame| unsafe { run(world, frame) })
 }
 
-/// Calls a host function that takes a frame; `frame` has the fields that select the target. Returns at most 64 results.
+/// Calls a host function that takes a frame. `frame` contains the fields that select what is called. Returns at most 64
+/// results.
 pub(crate) fn call(
     world: &World<'_>,
     frame: tatu_call,

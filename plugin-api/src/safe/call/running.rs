@@ -1,4 +1,4 @@
-//! A running call of a command: its arguments, results and waits.
+//! A running call of a command, with its arguments, results and waits.
 
 use std::{
     mem::MaybeUninit,
@@ -21,7 +21,7 @@ use crate::safe::{
     },
 };
 
-/// Delivers the result of a command that waits for it, once, from any thread.
+/// Delivers, once and from any thread, the result for which a command waits.
 pub struct Ticket {
     host: Host,
     number: u64,
@@ -47,7 +47,7 @@ fn no_tickets() -> Fail {
 
 /// The return type of a command's function: `()`, or an [`Outcome`] if it may wait.
 pub trait IntoResult {
-    /// Converts to an outcome.
+    /// Returns the outcome to be reported to the host.
     fn into_outcome(self) -> Outcome;
 }
 impl IntoResult for () {
@@ -77,8 +77,8 @@ impl<P: Plugin> DerefMut for Call<'_, P> {
 /// Types that a command can return as a result: numbers, booleans, texts, lists of numbers, a [`Value`], and references
 /// to these.
 pub trait Return {
-    /// Converts to the ABI form, and stores data that it points to in `room`. Returns `None` if there is not enough
-    /// memory.
+    /// Converts the result to the form of the ABI, and copies the data that it points to into `room`. Returns `None` if
+    /// there is not enough memory.
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value>;
 }
 impl<T: Return + ?Sized> Return for &T {
@@ -157,15 +157,15 @@ impl Return for String {
         self.as_str().to_raw(room)
     }
 }
-/// A text, as arbitrary bytes.
+/// Returned as text; the bytes need not be valid UTF-8.
 impl Return for [u8] {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         raw_span(TATU_TEXT, self, room)
     }
 }
 
-/// Allocates memory of a call, 8-byte aligned and valid until its results have been read. Returns null if there is not
-/// enough memory.
+/// Allocates memory for the results of a call, aligned to 8 bytes and valid until the results have been read. Returns
+/// null if there is not enough memory.
 pub(crate) fn alloc(call: &mut tatu_call, bytes: usize) -> *mut u8 {
     // SAFETY: the table `api` lives as long as the call, and `call` is that call's frame.
     unsafe { call.api.as_ref().and_then(|a| a.alloc).map_or(null_mut(), |f| f(call, bytes as u64).cast()) }
@@ -221,7 +221,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
     pub fn arg(&self, i: usize) -> ValueRef<'a> {
         self.args().get(i).copied().unwrap_or(ValueRef::NIL)
     }
-    /// Returns whether argument `i` was given and is not nil.
+    /// Returns whether argument `i` was passed and is not nil.
     pub fn has(&self, i: usize) -> bool {
         !self.arg(i).is_nil()
     }
@@ -301,9 +301,9 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn can_wait(&self) -> bool {
         self.0.raw.wait_token != 0
     }
-    /// Returns the word passed to the wait that has just ended, or 0 if the command is called for the first time. The
-    /// arguments are no longer available then: store the data that you need in the instance, under that word. If the
-    /// script ends, the command is not called again, so discard stale entries.
+    /// Returns the word that was passed to the wait that has just ended, or 0 in the first call of the command. After a
+    /// wait, the arguments are no longer available, so store the data that you need in the instance, under that word.
+    /// If the script ends during the wait, the command is not called again, so discard stale entries.
     pub fn resumed(&self) -> u64 {
         self.0.raw.resume
     }
@@ -320,7 +320,7 @@ impl<'a, P: Plugin> Call<'a, P> {
             }
         }
     }
-    /// Waits for `steps` steps: `Ok(c.wait_steps(1, word)?)`.
+    /// Waits for `steps` steps; the command returns the outcome: `return c.wait_steps(1, word)`.
     pub fn wait_steps(&mut self, steps: u32, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_STEPS, f64::from(steps), "", resume)
     }
@@ -332,14 +332,14 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn wait_signal(&mut self, name: &str, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_SIGNAL, 0.0, name, resume)
     }
-    /// Waits until the next step; used to check a condition in each step. As with all waits, the word must not be 0.
+    /// Waits until the next step, to check a condition in each step. As in all waits, `resume` must not be 0.
     pub fn wait_poll(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
     }
 
-    /// Returns a ticket for work on a thread of the plugin's own, which delivers its result by [`Ticket::wake`]; the
-    /// command then returns [`Call::wait_wake`]. Returns `None` in a replay, where the result is in the input log; the
-    /// command must wait likewise, but start no thread.
+    /// Returns a ticket for work on one of the plugin's own threads, which delivers its result with [`Ticket::wake`];
+    /// the command then returns [`Call::wait_wake`]. Returns `None` in a replay, where the result is in the input log:
+    /// the command must wait as well, but not start a thread.
     pub fn ticket(&mut self) -> Result<Option<Ticket>> {
         let host = *self.world().host();
         let (call, mut number) = (&mut *self.0.raw, 0);
@@ -354,11 +354,11 @@ impl<'a, P: Plugin> Call<'a, P> {
             }
         }
     }
-    /// Waits for the result of the thread that has the ticket of this call; [`Call::woken`] returns it afterwards.
+    /// Waits for the result of the thread that received the ticket of this call; [`Call::woken`] returns it afterwards.
     pub fn wait_wake(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_WAKE, 0.0, "", resume)
     }
-    /// Returns the result that ended the wait, in the call that follows it.
+    /// Returns the result that ended the wait, in the call that follows the wait.
     pub fn woken(&mut self) -> Result<&'a [u8]> {
         let (call, mut result) = (&mut *self.0.raw, tatu_str { ptr: std::ptr::null(), len: 0 });
         // SAFETY: the table `api` lives as long as the call, `call` is its frame, and its error is null or points to a
@@ -420,14 +420,14 @@ unsafe fn enter<P: Plugin, R>(
     raw: *mut tatu_call,
     f: impl FnOnce(&R, &mut Call<'_, P>) -> Result<Outcome>,
 ) -> tatu_status {
-    // SAFETY: `raw` points to the frame of a running call. Its `self_` was made by `init` and its `user` is the
-    // declared one; both live until shutdown.
+    // SAFETY: `raw` points to the frame of a running call. `init` created its `self_`, and its `user` is that of the
+    // command's declaration; both live until shutdown.
     let (raw, started, run) = unsafe { (&mut *raw, &*(*raw).self_.cast::<Started<P>>(), &*(*raw).user.cast::<R>()) };
     guard::run(raw.error, || {
         let mut call = Call(SharedCall { raw, started, overflow: false });
         let outcome = f(run, &mut call)?;
         if call.0.overflow {
-            return Err(Fail::with_code(TATU_ERR_SPACE, "the results do not fit"));
+            return Err(Fail::with_code(TATU_ERR_SPACE, "not enough room for the results"));
         }
         Ok(if outcome == Outcome::Waiting { TATU_WAIT } else { TATU_OK })
     })

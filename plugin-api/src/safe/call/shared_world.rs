@@ -8,21 +8,22 @@ use crate::safe::{Fail, Host, Prop, Reading, Result, Value, ValueRef, value::own
 /// An existing object and its kind (`TATU_KIND_*`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Object {
-    /// Id: generation and slot.
+    /// Full id, with generation and slot.
     pub id: tatu_object,
     /// `TATU_KIND_*`.
     pub kind: i32,
 }
 
 impl Object {
-    /// Returns the handle that scripts see.
+    /// Returns the handle that scripts use.
     pub fn handle(self) -> i64 {
         i64::from(tatu_slot(self.id))
     }
 }
 
 /// A world that other threads may read at the same time. It is read-only, except for the drives of joints, whose
-/// changes take effect once all threads are done. See [`World`](crate::safe::World) for everything else.
+/// changes take effect once all threads have finished. [`World`](crate::safe::World) adds the functions that need
+/// exclusive access.
 #[derive(Clone, Copy)]
 pub struct SharedWorld<'a> {
     raw: WorldRef<'a>,
@@ -66,7 +67,7 @@ impl<'a> SharedWorld<'a> {
             // SAFETY: `last` returns null or a pointer to an error of the host that lives until the next one; it is
             // copied at once.
             Some(last) => unsafe { Fail::read(status, last(self.raw)) },
-            None => Fail::with_code(status, "refused"),
+            None => Fail::with_code(status, "the host rejected the call without an error message"),
         }
     }
     /// Like [`check`](Self::check), but returns `None` if there is no such object.
@@ -95,7 +96,7 @@ impl<'a> SharedWorld<'a> {
         self.check(service!(self.scene.get)(self.raw, object, prop.0, Some(&mut value)))?;
         Ok(value)
     }
-    /// Reads `N` numbers of a property.
+    /// Reads a property that consists of exactly `N` numbers.
     #[inline]
     pub fn f64s<const N: usize>(&self, object: tatu_object, prop: Prop) -> Result<[f64; N]> {
         let mut out = [0.0; N];
@@ -115,20 +116,21 @@ impl<'a> SharedWorld<'a> {
         let value = owned.value(value);
         self.check(service!(self.scene.set)(self.raw, object, prop.0, Some(&value)))
     }
-    /// Sets numbers of a property.
+    /// Sets a property to exactly these numbers.
     #[inline]
     pub fn set_f64s(&self, object: tatu_object, prop: Prop, values: &[f64]) -> Result {
         let set = service!(self.scene.set_f64);
         // SAFETY: the pointer and the count are those of the slice `values`.
         self.check(unsafe { set(self.raw, object, prop.0, values.as_ptr(), values.len() as u32) })
     }
-    /// Returns the pose in a frame, or in the world frame if `frame` is 0: x y z, quaternion x y z w.
+    /// Returns the pose of an object in the frame of another, or in the world frame if `frame` is 0: x y z, then the
+    /// unit quaternion x y z w.
     pub fn pose(&self, object: tatu_object, frame: tatu_object) -> Result<[f64; 7]> {
         let mut out = [0.0; 7];
         self.check(service!(self.scene.pose)(self.raw, object, frame, Some(&mut out)))?;
         Ok(out)
     }
-    /// Returns the velocity of an object in the world frame: m/s, rad/s.
+    /// Returns the velocity of an object in the world frame: linear (m/s), then angular (rad/s).
     pub fn twist(&self, object: tatu_object) -> Result<[f64; 6]> {
         let mut out = [0.0; 6];
         self.check(service!(self.bodies.twist)(self.raw, object, Some(&mut out)))?;
@@ -144,7 +146,7 @@ impl<'a> SharedWorld<'a> {
         // copied at once.
         Ok(unsafe { Reading::of(&view) })
     }
-    /// Returns name and shape of a sensor's `index`-th field, for this sensor, or `None` past the last one.
+    /// Returns name and shape of the `index`-th field of a sensor, from 0, or `None` past the last one.
     pub fn field_of(&self, sensor: tatu_object, index: u32) -> Option<(&'a str, [u32; 3])> {
         let describe = self.host.readings.and_then(|t| t.describe)?;
         let mut field = tatu_field { size: size_of::<tatu_field>() as u32, ..tatu_field::empty() };

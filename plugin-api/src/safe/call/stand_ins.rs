@@ -16,20 +16,20 @@ impl SharedWorld<'_> {
         let object = self.host().stand_ins?.object?;
         (object(self.raw(), from, name.into(), kind, Some(&mut id)) >= 0).then_some(id)
     }
-    /// Reports that an object was used as one of a kind, or as a sensor with a schema ("proximity/1"); returns whether
-    /// it has that kind now. Only stand-ins change their kind.
+    /// Reports that an object was used as one of a kind ("joint"), or as a sensor with a schema ("proximity/1").
+    /// Returns whether it now is of that kind; only stand-ins change their kind.
     pub fn used_as(&self, object: tatu_object, kind: &str) -> bool {
         let Ok(kind) = CString::new(kind) else { return false };
         let used = self.host().stand_ins.and_then(|t| t.used);
         used.is_some_and(|f| f(self.raw(), object, kind.as_c_str().into()) >= 0)
     }
-    /// Returns whether missing objects are created when a script looks them up by name, as in runs of scripts without
-    /// their scene.
+    /// Returns whether missing objects are created when a script looks them up by name, which is so in runs of scripts
+    /// without their scene.
     pub fn makes_stand_ins(&self) -> bool {
         self.host().stand_ins.and_then(|t| t.made).is_some_and(|f| f(self.raw()) >= 0)
     }
-    /// Returns whether a value that an object lacks should get a neutral default: only in runs with stand-ins, and only
-    /// if it was missing before.
+    /// Returns whether a command should return a neutral default for a value that an object lacks: only in runs with
+    /// stand-ins, and only if the value was missing before.
     pub fn stands_in(&self, object: tatu_object, value: &str) -> bool {
         let f = self.host().stand_ins.and_then(|t| t.value);
         f.is_some_and(|f| f(self.raw(), object, value.into()) >= 0)
@@ -40,7 +40,7 @@ impl SharedWorld<'_> {
             f(self.raw(), object);
         }
     }
-    /// Reports that a script requested a child of an object that does not exist; an empty `kind` means any.
+    /// Reports that a script requested a child that an object does not have; an empty `kind` means any kind.
     pub fn missed_child(&self, object: tatu_object, kind: &str) {
         let Ok(kind) = CString::new(kind) else { return };
         let kind = if kind.is_empty() { LentCStr::NULL } else { kind.as_c_str().into() };

@@ -15,8 +15,8 @@ impl<'a> World<'a> {
         // SAFETY: the pointer and the count are those of the slice `args`; `ValueRef` is transparent over `tatu_value`.
         self.check(unsafe { broadcast(self.raw(), callback.into(), ptr, n, except) })
     }
-    /// Calls the child scripts below an object that the running stage (`TATU_STAGE_ACTUATE` or `TATU_STAGE_REACT`) has
-    /// not called yet, with these arguments, instead of the stage; returns their number.
+    /// Calls, in place of the running stage (`TATU_STAGE_ACTUATE` or `TATU_STAGE_REACT`) and with these arguments, the
+    /// child scripts below an object that the stage has not called yet. Returns the number of scripts called.
     pub fn call_below(&self, above: tatu_object, stage: u32, args: &[ValueRef<'_>]) -> Result<u32> {
         let (ptr, len, mut n) = (args.as_ptr().cast(), args.len() as u32, 0);
         let call_below = service!(self.scripts.call_below);
@@ -35,11 +35,11 @@ impl<'a> World<'a> {
     pub fn set_signal(&self, kind: u32, name: &[u8], value: ValueRef<'_>) -> Result {
         self.check(service!(self.signals.set)(self.raw(), kind, name.into(), Some(&value)))
     }
-    /// Removes a signal, or all signals of a kind if `name` is empty; returns how many there were.
+    /// Removes a signal, or all signals of a kind if `name` is empty. Returns the number of signals removed.
     pub fn clear_signal(&self, kind: u32, name: &[u8]) -> Result<u32> {
         Ok(service!(self.signals.clear)(self.raw(), kind, name.into()))
     }
-    /// Returns the `index`-th signal name of a kind.
+    /// Returns the name of the `index`-th signal of a kind, from 0 in the order of names, or `None` past the last one.
     pub fn signal_name(&self, kind: u32, index: u32) -> Result<Option<Vec<u8>>> {
         let mut name = Lent::EMPTY;
         let status = service!(self.signals.name)(self.raw(), kind, index, Some(&mut name));
@@ -93,7 +93,7 @@ impl<'a> World<'a> {
     pub fn publish_value(&self, name: &str, payload: &Value) -> Result {
         self.publish(name, Owned::default().value(payload))
     }
-    /// Subscribes a function of a script to the events with a name; returns the number of the subscription.
+    /// Subscribes a function of a script to the event `name`, and returns the id of the subscription.
     pub fn subscribe(&self, name: &str, handler: tatu_func) -> Result<u64> {
         let (mut kept, mut id) = (0, 0);
         self.check(service!(self.commands.retain)(self.raw(), handler, Some(&mut kept)))?;

@@ -13,7 +13,7 @@ pub struct Closest {
     pub from: [f64; 3],
     /// End on the second shape, m.
     pub to: [f64; 3],
-    /// The shapes.
+    /// The shapes, in the same order.
     pub pair: [tatu_object; 2],
 }
 
@@ -34,8 +34,8 @@ impl<'a> Deref for World<'a> {
 
 impl<'a> World<'a> {
     /// # Safety
-    /// `world` must be null or a world of `host`, and `'a` must end no later than the plugin's call that it was passed
-    /// to.
+    /// `world` must be null or a world of `host`, and `'a` must end no later than the call of the plugin to which
+    /// `world` was passed.
     pub unsafe fn new(world: *mut tatu_world, host: &'a Host) -> Self {
         // SAFETY: the caller guarantees the same as `WorldRef::new` requires.
         World(SharedWorld::new(unsafe { WorldRef::new(world) }, host))
@@ -47,11 +47,12 @@ impl<'a> World<'a> {
         unsafe { Self::new(std::ptr::null_mut(), host) }
     }
 
-    /// Sets the pose of an object.
+    /// Sets the pose of an object in the frame of another, or in the world frame if `frame` is 0: x y z, then the unit
+    /// quaternion x y z w.
     pub fn set_pose(&self, object: tatu_object, frame: tatu_object, pose: &[f64; 7]) -> Result {
         self.check(service!(self.scene.set_pose)(self.raw(), object, frame, Some(pose)))
     }
-    /// Creates an object.
+    /// Creates an object of a kind ("dummy") below `parent`, or at the top level if that is 0.
     pub fn create(&self, kind: &str, parent: tatu_object, alias: &str) -> Result<tatu_object> {
         let kind = CString::new(kind).unwrap_or_default();
         let mut id = 0;
@@ -64,7 +65,7 @@ impl<'a> World<'a> {
         ))?;
         Ok(id)
     }
-    /// Removes objects.
+    /// Removes objects; their children become those of their parents.
     pub fn remove(&self, objects: &[tatu_object]) -> Result {
         let remove = service!(self.scene.remove);
         // SAFETY: the pointer and the count are those of the slice `objects`.
@@ -85,19 +86,19 @@ impl<'a> World<'a> {
         self.check(unsafe { copy(self.raw(), from, n, out.as_mut_ptr()) })?;
         Ok(out)
     }
-    /// Loads a scene file, or a file that an importer reads, as a child of `parent`, or without a parent if that is 0;
-    /// returns its first object. `file` is the path that [`World::file`] returned.
+    /// Loads a scene file, or a file that an importer reads, below `parent`, or at the top level if that is 0, and
+    /// returns its first object. `file` is a path that [`World::file`] returned, or the id of a model.
     pub fn load(&self, file: &[u8], parent: tatu_object) -> Result<tatu_object> {
         let mut out = 0;
         self.check(service!(self.scene.load)(self.raw(), file.into(), parent, Some(&mut out)))?;
         Ok(out)
     }
-    /// Saves an object and all its descendants, or the whole scene if `base` is 0, as a scene file. `file` is the path
+    /// Saves an object and all its descendants, or the whole scene if `base` is 0, as a scene file. `file` is a path
     /// that [`World::file`] returned.
     pub fn save(&self, file: &[u8], base: tatu_object) -> Result {
         self.check(service!(self.scene.save)(self.raw(), file.into(), base))
     }
-    /// Reads a list that the host writes into an array, enlarging the array to the length that the host returns.
+    /// Returns a list that the host writes into a buffer, and enlarges the buffer if the host reports a larger count.
     pub(crate) fn fill<T: Copy + Default>(
         &self,
         call: impl Fn(*mut T, u32, Option<&mut u32>) -> tatu_status,
@@ -112,11 +113,11 @@ impl<'a> World<'a> {
             out.resize(n as usize, T::default());
         }
     }
-    /// Measures with a sensor now. If `only` is not 0, only that object is detected.
+    /// Measures a sensor now. If `only` is not 0, only that object is detected.
     pub fn sense_now(&self, sensor: tatu_object, only: tatu_object) -> Result {
         self.check(service!(self.readings.sense_now)(self.raw(), sensor, only))
     }
-    /// Measures with a sensor now, with other limits; this function sets `size` of `look`.
+    /// Measures a sensor now, with the limits in `look` in place of its own. This function sets `look.size`.
     pub fn look_through(&self, sensor: tatu_object, look: tatu_look) -> Result {
         let look = tatu_look { size: size_of::<tatu_look>() as u32, ..look };
         let look_through = service!(self.readings.look);
@@ -132,7 +133,7 @@ impl<'a> World<'a> {
     pub fn reset_reading(&self, sensor: tatu_object) -> Result {
         self.check(service!(self.readings.reset)(self.raw(), sensor))
     }
-    /// Returns the sensors with readings of a schema ("proximity/1").
+    /// Returns the sensors that fill a schema ("proximity/1").
     pub fn sensors(&self, schema: &str) -> Result<Vec<tatu_object>> {
         let schema = CString::new(schema).unwrap_or_default();
         let list = service!(self.readings.list);
@@ -143,8 +144,8 @@ impl<'a> World<'a> {
     pub fn set_twist(&self, object: tatu_object, twist: &[f64; 6]) -> Result {
         self.check(service!(self.bodies.set_twist)(self.raw(), object, Some(twist)))
     }
-    /// Applies a force and a torque to a dynamic shape in the next physics step: N and N m at its centre of mass, in
-    /// the world frame.
+    /// Applies a force (N) and a torque (N m), in the world frame, to a dynamic shape at its centre of mass during the
+    /// next physics step.
     pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
         self.check(service!(self.bodies.push)(self.raw(), object, Some(force), Some(torque)))
     }
@@ -155,8 +156,8 @@ impl<'a> World<'a> {
         self.fill(|out, cap, n| unsafe { contacts(self.raw(), object, out, cap, n) })
     }
 
-    /// Returns the friction at the contacts of [`Self::contacts`], in the same order: N, world frame, on the second
-    /// shape.
+    /// Returns the friction forces on the second shapes of the contacts that [`Self::contacts`] returns, in the same
+    /// order: N, world frame.
     pub fn frictions(&self, object: tatu_object) -> Result<Vec<[f64; 3]>> {
         let frictions = service!(self.bodies.frictions);
         // SAFETY: `fill` passes a buffer with room for `cap` elements.
@@ -164,9 +165,8 @@ impl<'a> World<'a> {
         Ok(numbers.as_chunks::<3>().0.to_vec())
     }
 
-    /// Returns the shortest segment from any shape of one list to any shape of the other: both ends, and the two
-    /// shapes. If `b` is empty, it means all other shapes. If `limit` is above 0, returns `None` if no shapes are that
-    /// close.
+    /// Returns the shortest segment from any shape in `a` to any shape in `b` or, if `b` is empty, to any other shape.
+    /// Returns `None` if `limit`, in m, is above 0 and all distances exceed it.
     pub fn closest(&self, a: &[tatu_object], b: &[tatu_object], limit: f64) -> Result<Option<Closest>> {
         let (mut points, mut pair) = ([0.0; 6], [0; 2]);
         let (ap, an, bp, bn) = (a.as_ptr(), a.len() as u32, b.as_ptr(), b.len() as u32);
@@ -176,7 +176,8 @@ impl<'a> World<'a> {
         let [a, b, c, d, e, f] = points;
         self.found(status, Closest { from: [a, b, c], to: [d, e, f], pair })
     }
-    /// Returns whether physics moves an object: dynamic shapes, and joints between two bodies, once physics has run.
+    /// Returns whether the engine moves an object: true for dynamic shapes, and for joints between two bodies, once
+    /// physics has run.
     pub fn is_dynamic(&self, object: tatu_object) -> Result<bool> {
         let mut yes = 0;
         self.check(service!(self.bodies.is_dynamic)(self.raw(), object, Some(&mut yes)))?;
@@ -186,8 +187,8 @@ impl<'a> World<'a> {
     pub fn request(&self, what: u32) -> Result {
         self.check(service!(self.session.request)(self.raw(), what))
     }
-    /// Returns the `index`-th input from outside since the start, except calls by services, as its kind ("key") and its
-    /// text, or `None` past the last one.
+    /// Returns kind ("key") and text of the `index`-th external input since the start, from 0, or `None` past the last
+    /// one. Calls by services are not included.
     pub fn input(&self, index: u64) -> Option<(String, String)> {
         let input = self.host().session?.input?;
         let (mut kind, mut text) = (Lent::EMPTY, Lent::EMPTY);

@@ -24,7 +24,7 @@ impl<'a> Drive<'a> {
     /// Creates the input of instance `i` of a batch. For hosts, and for tests without a host.
     ///
     /// # Safety
-    /// The batch must be valid for `'a`, as described in `tatu/actuator.h`, and have this instance.
+    /// The batch must be valid for `'a`, as described in `tatu/actuator.h`, and `i` must be less than its `n`.
     pub unsafe fn new(batch: &'a tatu_actuator_batch, commands: &'a [f64], i: usize) -> Self {
         Drive { batch, commands, i }
     }
@@ -38,7 +38,7 @@ impl<'a> Drive<'a> {
     pub fn time(&self) -> f64 {
         self.batch.time
     }
-    /// Returns the duration of the output, that is, the time until the next call, s.
+    /// Returns the time until the next call, s, during which the output acts.
     pub fn dt(&self) -> f64 {
         self.batch.dt
     }
@@ -60,82 +60,84 @@ impl<'a> Drive<'a> {
         let u = cross([x, y, z], t);
         [v[0] + w * t[0] + u[0], v[1] + w * t[1] + u[1], v[2] + w * t[2] + u[2]]
     }
-    /// Returns the mount's twist in the world frame: m/s, then rad/s.
+    /// Returns the mount's twist in the world frame: linear (m/s), then angular velocity (rad/s).
     pub fn twist(&self) -> [f64; 6] {
         self.own(self.batch.twist.cast())
     }
-    /// Returns position and velocity of the joint that it is attached to, in rad or m; both are 0 without a joint.
+    /// Returns position (rad or m) and velocity of the joint that the actuator acts on; both are 0 without a joint.
     pub fn joint(&self) -> [f64; 2] {
         self.own(self.batch.joint.cast())
     }
-    /// Returns its commands, in the order of [`Actuator::commands`].
+    /// Returns the values of its commands, in the order of [`Actuator::commands`].
     pub fn commands(&self) -> &'a [f64] {
         self.commands
     }
 }
 
-/// The output of one actuator until the next call, and its state; all zero at first.
+/// The output of one actuator, which acts until the next call and is initially 0, and its state.
 pub struct Output<'a> {
     /// Force on the mount's origin, world frame, N.
     pub force: [f64; 3],
     /// Torque on the mount, world frame, N m.
     pub torque: [f64; 3],
-    /// Torque or force on the joint that it is attached to, N m or N.
+    /// Torque (N m) or force (N) added to that of the joint that the actuator acts on.
     pub effort: f64,
-    /// [`Actuator::STATE`] numbers that persist between calls; zeroed when the scene is reset.
+    /// [`Actuator::STATE`] values that persist between calls; zeroed when the scene is reset.
     pub state: &'a mut [f64],
-    /// The actuator's own reading: its [`Actuator::fields`], all zero at first.
+    /// The buffers of the actuator's own readings, [`Actuator::fields`], which are initially 0.
     pub report: Readout<'a>,
 }
 
 /// A kind of actuator. There is one value per actuator in a world.
 pub trait Actuator: Sized + Send + Sync + 'static {
-    /// The plugin that provides it.
+    /// The plugin that offers this kind of actuator.
     type Plugin: Plugin;
     /// Id of the kind of actuator in scene files, such as "thruster".
     const ID: &'static str;
-    /// Description, one sentence.
+    /// Description for documentation and lists, one sentence.
     const TEXT: &'static str;
     /// Whether `apply` is called before each physics step, instead of once per step of the world.
     const EVERY_SUBSTEP: bool = false;
-    /// Number of values that each instance keeps between calls: [`Output::state`]. The host stores them, so they are
-    /// part of snapshots and survive a reload.
+    /// Number of values in [`Output::state`], which persist between calls of an instance. The host stores them, so they
+    /// are part of snapshots and survive a reload.
     const STATE: usize = 0;
     /// Version of these values and of the data that [`Actuator::save`] writes; increase it when their meaning changes.
     const STATE_VERSION: u32 = 0;
 
-    /// The schemas of its own readings.
+    /// Schemas that its own readings fill, such as "encoder/1".
     const SCHEMAS: &'static [&'static str] = &[];
 
-    /// Declares its parameters.
+    /// Declares the parameters of this kind of actuator.
     fn params() -> Vec<Param>;
     /// Declares the fields of its own readings, such as its speed and current, which are read like those of a sensor.
     /// By default there are none.
     fn fields() -> Vec<Field> {
         Vec::new()
     }
-    /// Declares its commands: floats, set by scenes like parameters, and by scripts at any time.
+    /// Declares the commands of this kind of actuator, which must be floats. Scenes set them like parameters; scripts
+    /// can set them at any time.
     fn commands() -> Vec<Param>;
     /// Creates an instance. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Applies new values of live parameters; `changed` has a bit for each parameter, in the order of declaration. The
-    /// state is retained. After an error, the old values stay in effect. A parameter with [`Param::rebuilds`] is never
-    /// passed here.
+    /// Applies new values of parameters to a live instance; `changed` has a bit for each of the first 64 parameters, in
+    /// the order of declaration. The state is retained. If this fails, the old values remain in effect. Not called for
+    /// parameters with [`Param::rebuilds`].
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
-    /// Saves, for a snapshot, the data on which the output depends besides parameters, commands and
-    /// [`Actuator::STATE`]; most actuators have none.
+    /// Saves, for a snapshot, all data other than parameters, commands and [`Actuator::STATE`] that affects the output.
+    /// Most actuators have no such data.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
-    /// Restores data that `save` of `version` wrote, into an actuator created with the same parameters.
+    /// Restores data that version `version` of `save` wrote, in an actuator created with the same parameters.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("this actuator cannot restore a saved state")) }
     }
-    /// Computes forces from the commands. It must not block, and is called on several threads.
+    /// Computes forces from the commands. Must not block. Different instances may be called on different threads at
+    /// once.
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;
 }
 
@@ -162,7 +164,7 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
 
 /// The `data` that the host stores for an instance.
 struct Data<A> {
-    /// The actuator, in a cell because nothing else may use it while it is being configured, not even its own calls.
+    /// The actuator, in a cell because it must not be used while it is being configured, not even by a nested call.
     /// Only one thread at a time uses an instance.
     actuator: RefCell<A>,
     /// Number of commands that were declared to the host.
@@ -219,11 +221,11 @@ unsafe extern "C" fn apply<A: Actuator>(
         // SAFETY: the host passes null or a batch that is valid during the call, and no other thread uses its
         // instances.
         let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host passed no batch"))?;
-        // The state is copied to a local buffer and back, because the block itself belongs to the host.
+        // The state is copied to a local buffer and back, because the host owns the state block.
         let mut state = vec![0.0; A::STATE];
         for i in 0..batch.n as usize {
             // SAFETY: the arrays are valid during the call and have one entry per instance, and `i` is below `n`.
-            // `data` was made by `create`; `command` has the declared number of values; the state block has the
+            // `data` was created by `create`; `command` has the declared number of values; the state block has the
             // declared size and is 8-byte aligned.
             unsafe {
                 let data = life::of::<Data<A>>(*batch.data.add(i));

@@ -36,8 +36,8 @@ impl<P: Plugin> Command<P> {
     ) -> Self {
         Self::with(name.into(), Function::Alone(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
     }
-    /// Creates a command that scripts running in parallel may call, too, on several threads at once. It can read the
-    /// world, and change drives of joints by [`SharedWorld::set`](crate::safe::SharedWorld::set), but nothing else.
+    /// Creates a command that may also be called by scripts that run in parallel, on several threads at once. It can
+    /// read the world, but change only the drives of joints, with [`SharedWorld::set`](crate::safe::SharedWorld::set).
     pub fn side_by_side<T: IntoResult + 'static>(
         name: impl Into<String>,
         run: impl Fn(&mut SharedCall<'_, P>) -> Result<T> + Send + Sync + 'static,
@@ -74,7 +74,7 @@ impl<P: Plugin> Command<P> {
         self.names.iter_mut().filter(|n| n.on_error.is_some()).for_each(|n| n.until = Some(dialect.into()));
         self
     }
-    /// Marks the command as partial; `notes` say what is missing.
+    /// Marks the command as partial; `notes` describe what is missing.
     pub fn partial(mut self, notes: impl Into<String>) -> Self {
         (self.status, self.notes) = (Status::Partial, notes.into());
         self
@@ -84,7 +84,7 @@ impl<P: Plugin> Command<P> {
         (self.status, self.notes) = (Status::Stub, notes.into());
         self
     }
-    /// Adds a note for users about differences of a complete command.
+    /// Adds a note for users about differences from the documented behaviour; the command remains complete.
     pub fn notes(mut self, notes: impl Into<String>) -> Self {
         self.notes = notes.into();
         self
@@ -112,7 +112,7 @@ impl<P: Plugin> Command<P> {
         self.params.push(param);
         self
     }
-    /// Passes arguments unchecked, so that parameters are documentation only.
+    /// Passes arguments without checks or conversion; declared parameters are then documentation only.
     pub fn raw(mut self) -> Self {
         self.raw = true;
         self
@@ -132,7 +132,7 @@ impl<P: Plugin> Command<P> {
         self.example = example.into();
         self
     }
-    /// Sets the complete error for callers that cannot wait: what is not possible, and what to do instead.
+    /// Sets the error message for callers that cannot wait: what is not possible, and what to do instead.
     pub fn no_wait(mut self, text: impl Into<String>) -> Self {
         self.no_wait = Some(text.into());
         self

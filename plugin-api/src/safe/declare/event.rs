@@ -1,4 +1,4 @@
-//! Events: declared by the plugin that publishes them.
+//! Declarations of the events that a plugin publishes.
 
 use crate::abi::*;
 use crate::safe::{Param, value::keep::Keep};
@@ -15,7 +15,7 @@ impl Event {
     pub fn new(name: impl Into<String>) -> Self {
         Event { name: name.into(), text: String::new(), fields: Vec::new() }
     }
-    /// Describes when it is published, in one sentence.
+    /// Sets the description: one sentence that states when the event is published.
     pub fn text(mut self, text: impl Into<String>) -> Self {
         self.text = text.into();
         self

@@ -9,24 +9,24 @@ use crate::safe::{
     value::{fail::bytes_of, keep::Keep, once::once},
 };
 
-/// An importer.
+/// An importer, which reads files of one format.
 pub trait Importer: Sized + 'static {
-    /// The plugin that provides it.
+    /// The plugin that offers this importer.
     type Plugin: Plugin;
     /// Id of the importer in scene files, such as "urdf".
     const ID: &'static str;
-    /// Description, one sentence.
+    /// Description for documentation and lists, one sentence.
     const TEXT: &'static str;
     /// Suffixes of file names, such as ".urdf".
     const SUFFIXES: &'static [&'static str];
 
-    /// Declares its parameters.
+    /// Declares the parameters of an import.
     fn params() -> Vec<Param>;
     /// Returns the confidence, 0 to 100, that the importer can read a file that begins with `head`; 0 if such files are
     /// recognized only by their suffix.
     fn sniff(head: &[u8]) -> u32;
-    /// Reads a file; the first object is the base. An error reports its line by `Fail::at("", line)`; malformed input
-    /// must cause an error, never a crash.
+    /// Reads a file; the first object is the base. Malformed input must cause an error, never a crash. Errors state
+    /// their line with `Fail::at("", line)`.
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
 

@@ -17,12 +17,12 @@ use crate::safe::{
     value::{fail::bytes_of, keep::Keep},
 };
 
-/// Limits of one call of a script; 0 means no limit.
+/// Limits for one call of a script; 0 means no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
-    /// Instructions of the language's virtual machine.
+    /// Maximum number of instructions of the language's virtual machine.
     pub instructions: u64,
-    /// Bytes of the script's state.
+    /// Maximum size of the script's state, bytes.
     pub memory: u64,
 }
 
@@ -31,7 +31,7 @@ pub struct Budget {
 pub enum Flow {
     /// The call returned.
     Done,
-    /// The call is suspended in a command that waits; the host will resume the token of that wait.
+    /// The call is suspended in a command that waits; the host will call `resume` with the token of that wait.
     Waiting,
 }
 
@@ -62,7 +62,7 @@ impl<'a> Frame<'a> {
     /// Everything that `value` points to must stay valid until the caller has read it.
     pub unsafe fn push(&mut self, value: tatu_value) -> Result {
         if self.raw.n_results >= self.raw.results_cap {
-            return Err(Fail::with_code(TATU_ERR_SPACE, "too many results"));
+            return Err(Fail::with_code(TATU_ERR_SPACE, "too many results for the buffer"));
         }
         // SAFETY: `results` points to an array of `results_cap` values that lives during the call, and `n_results` is
         // below that.
@@ -70,8 +70,8 @@ impl<'a> Frame<'a> {
         self.raw.n_results += 1;
         Ok(())
     }
-    /// Allocates memory that is valid until the caller has read the results, 8-byte aligned. Returns null if there is
-    /// not enough memory.
+    /// Allocates memory that is aligned to 8 bytes and valid until the caller has read the results. Returns null if
+    /// there is not enough memory.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
         running::alloc(self.raw, bytes)
     }
@@ -79,11 +79,11 @@ impl<'a> Frame<'a> {
 
 /// A script language. There is one value per script.
 pub trait Language: Sized + 'static {
-    /// The plugin that provides it.
+    /// The plugin that offers this language.
     type Plugin: Plugin;
     /// Id of the language, such as "lua".
     const ID: &'static str;
-    /// Description, one sentence.
+    /// Description for documentation and lists, one sentence.
     const TEXT: &'static str;
     /// Suffixes of its files, such as ".lua".
     const SUFFIXES: &'static [&'static str];
@@ -91,14 +91,15 @@ pub trait Language: Sized + 'static {
     /// Creates the state of a script, without its source. Storing the world for later calls requires `unsafe`; see
     /// [`World::new`].
     fn create(world: &World<'_>, instance: Instance) -> Result<Self>;
-    /// Loads the source; `dialect` may be empty. Returns the dialect in use.
+    /// Loads the source, whose name in messages is `chunk`. If `dialect` is empty, it is determined from the source.
+    /// Returns the dialect in use.
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String>;
     /// Returns the `TATU_SCRIPT_*` bits of a script whose source is loaded.
     fn traits(&self) -> u32 {
         0
     }
-    /// Returns the order of scripts, `TATU_ORDER_*`, in a world whose scene specifies this dialect; if that is empty,
-    /// `_modern` states whether the world has modern scripts. 0 means deepest first.
+    /// Returns the order in which scripts are called, `TATU_ORDER_*`, in a world whose scene specifies this dialect; if
+    /// the dialect is empty, `_modern` states whether the world has modern scripts. 0 means deepest first.
     fn order(&self, _dialect: &str, _modern: bool) -> u32 {
         0
     }
@@ -107,9 +108,10 @@ pub trait Language: Sized + 'static {
     fn place(&self) -> Option<Fail> {
         None
     }
-    /// Returns a number for a callable, or 0 if there is none. `how` is one of `TATU_FIND_*`.
+    /// Returns a number for a callback or function, or 0 if the script does not define it. `how` is one of
+    /// `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
-    /// Calls a callable; `used` receives the number of executed instructions.
+    /// Calls a function by the number that `find` returned; `used` receives the number of instructions executed.
     fn call(&self, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
     /// Continues after a wait. The frame's arguments are the results of the command that waited, unless it failed.
     fn resume(
@@ -120,14 +122,14 @@ pub trait Language: Sized + 'static {
         budget: Budget,
         used: &mut u64,
     ) -> Result<Flow>;
-    /// Version of the data that [`Language::save`] writes; increase it when that changes.
+    /// Version of the data that [`Language::save`] writes; increase it when the format of the data changes.
     const STATE_VERSION: u32 = 0;
-    /// Saves the state of the script for a snapshot; an error names the variable that cannot be saved. The script
-    /// continues, and must not be affected.
+    /// Saves the state of the script for a snapshot. The script continues afterwards, so its state must not change. An
+    /// error states the variable that cannot be saved.
     fn save(&self) -> Result<Vec<u8>> {
         Err(Fail::unsupported("this language cannot save the state of a script"))
     }
-    /// Restores data that `save` of `version` wrote. The source has been loaded, but has not run.
+    /// Restores data that version `version` of `save` wrote. The source has been loaded, but has not run yet.
     fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
         let _ = (bytes, version);
         Err(Fail::unsupported("this language cannot restore the state of a script"))
@@ -138,8 +140,8 @@ pub trait Language: Sized + 'static {
     fn drop_func(&self, local: u32);
     /// Calls a function, borrowed or retained.
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// Checks whether the language supports a dialect that a scene names; the error lists the supported dialects. By
-    /// default all are accepted.
+    /// Checks that the language supports a dialect that a scene specifies; the error lists the supported dialects. By
+    /// default, all dialects are accepted.
     fn knows_dialect(_dialect: &str) -> Result {
         Ok(())
     }
@@ -148,7 +150,7 @@ pub trait Language: Sized + 'static {
 struct Data<L> {
     language: L,
     host: Host,
-    /// The dialect as returned to the host, which may read it as long as the instance lives.
+    /// The dialect that was returned to the host, which may read it while the instance lives.
     dialect: Mutex<CString>,
 }
 
@@ -171,7 +173,7 @@ impl<L: Language> Life for Data<L> {
 /// Calls a function of the script for a call of the host that cannot return an error.
 ///
 /// # Safety
-/// `data` must have been made by `create` for this language, and be alive.
+/// `data` must have been created by `create` for this language, and be alive.
 unsafe fn ask<L: Language, T: Default>(data: *mut c_void, ask: impl FnOnce(&L) -> T) -> T {
     // SAFETY: the caller guarantees that `data` points to a live `Data<L>`.
     let script = unsafe { &life::of::<Data<L>>(data).language };
@@ -223,13 +225,13 @@ unsafe extern "C" fn load<L: Language>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: `data` was made by `create` and is live; the host keeps the texts valid during the call.
+        // SAFETY: `data` was created by `create` and is live; the host keeps the texts valid during the call.
         let (data, text, chunk, dialect) =
             unsafe { (life::of::<Data<L>>(data), bytes_of(text), bytes_of(chunk), bytes_of(dialect)) };
         let (chunk, dialect) = (String::from_utf8_lossy(chunk), String::from_utf8_lossy(dialect));
         let result = CString::new(data.language.load(text, &chunk, &dialect)?).unwrap_or_default();
         let len = result.as_bytes().len() as u64;
-        let mut kept = data.dialect.lock().map_err(|_| Fail::new("the script's state is unusable"))?;
+        let mut kept = data.dialect.lock().map_err(|_| Fail::new("an earlier load of this script panicked"))?;
         *kept = result;
         // SAFETY: `chosen` is valid for a write. The text is stored in `data` until the next call of `load` or the end
         // of the instance.
@@ -274,7 +276,7 @@ fn enter<L: Language>(
     f: impl FnOnce(&L, &mut Frame<'_>, Budget, &mut u64) -> Result<Flow>,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: `data` was made by `create` and is live; the host passes a frame, a budget and a counter that are
+        // SAFETY: `data` was created by `create` and is live; the host passes a frame, a budget and a counter that are
         // valid during the call.
         let (data, raw, budget, used) = unsafe { (life::of::<Data<L>>(data), &mut *frame, &*budget, &mut *used) };
         let budget = Budget { instructions: budget.instructions, memory: budget.memory };

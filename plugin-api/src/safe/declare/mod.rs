@@ -1,4 +1,4 @@
-//! Declarations of a plugin: one trait or type for each kind.
+//! Declarations of what a plugin offers, with a trait or type for each kind of extension.
 
 pub(crate) mod actuator;
 pub(crate) mod command;

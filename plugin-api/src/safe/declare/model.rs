@@ -12,26 +12,26 @@ use crate::safe::{
     value::{keep::Keep, once::once, owned::Owned},
 };
 
-/// A model.
+/// A model, which builds objects from parameters.
 pub trait Model: Sized + 'static {
-    /// The plugin that provides it.
+    /// The plugin that offers this model.
     type Plugin: Plugin;
     /// Id of the model in scene files, such as "pioneer_p3dx".
     const ID: &'static str;
-    /// Description, one sentence.
+    /// Description for documentation and lists, one sentence.
     const TEXT: &'static str;
     /// Aliases of the objects to which other objects can be attached.
     const SLOTS: &'static [&'static str] = &[];
 
-    /// Category in lists, such as "mobile robots", "arms" or "furniture"; may be empty.
+    /// Heading under which lists show the model, such as "mobile robots", "arms" or "furniture"; may be empty.
     const CATEGORY: &'static str = "";
 
-    /// The mounts by which the model fits a slot of another model; if empty, it fits every slot.
+    /// Names of the mounts with which the model fits a slot of another model; if empty, it fits every slot.
     const MOUNTS: &'static [&'static str] = &[];
 
     /// Declares the model's parameters.
     fn params() -> Vec<Param>;
-    /// Builds the model; the first object is its base, at the model's default pose.
+    /// Builds the model; the first object is its base, placed such that the model stands on the floor z = 0.
     fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
 
@@ -52,16 +52,16 @@ impl<'a> Builder<'a> {
     pub(crate) fn new(raw: &'a tatu_builder) -> Self {
         Builder { raw }
     }
-    /// Returns the C table, for functions that have no wrapper.
+    /// Returns the builder in the form of the ABI, for functions without a wrapper.
     pub fn raw(&self) -> &'a tatu_builder {
         self.raw
     }
-    /// Adds an object, such as "shape", "joint", "dummy", "sensor" or "force_sensor".
+    /// Adds an object of a kind, such as "shape", "joint", "dummy", "sensor" or "force_sensor".
     pub fn object(&self, kind: &str, parent: Option<Node<'a>>, alias: &str) -> Result<Node<'a>> {
         let text = CString::new(kind).unwrap_or_default();
         let parent = parent.map_or(0, |p| p.id);
         match self.raw.object.map_or(0, |f| f(Some(self.raw), text.as_c_str().into(), parent, alias.into())) {
-            0 => Err(Fail::new(format!("the host refused the {kind} `{alias}`"))),
+            0 => Err(Fail::new(format!("the host rejected the {kind} `{alias}`"))),
             id => Ok(Node { builder: *self, id }),
         }
     }
@@ -71,12 +71,13 @@ impl<'a> Builder<'a> {
         let (points, triangles) = (points.as_ptr().cast(), triangles.as_ptr().cast());
         // SAFETY: the pointers and counts are those of the slices, with 3 numbers per element.
         match self.raw.mesh.map_or(0, |f| unsafe { f(Some(self.raw), points, n, triangles, m) }) {
-            0 => Err(Fail::new(format!("the host refused a mesh of {n} points and {m} triangles"))),
+            0 => Err(Fail::new(format!("the host rejected a mesh of {n} points and {m} triangles"))),
             id => Ok(id as i64),
         }
     }
-    /// Adds a triangle mesh with the position of each point in an image, 0 to 1 to the right and up, for textures whose
-    /// mapping is "mesh". Without coordinates, or in a host that only projects images, this is [`Builder::mesh`].
+    /// Adds a triangle mesh with texture coordinates, for textures whose mapping is "mesh": the position of each point
+    /// in the image, 0 to 1 to the right and up. Without coordinates, or in a host that only projects images, this is
+    /// the same as [`Builder::mesh`].
     pub fn textured_mesh(&self, points: &[[f64; 3]], coordinates: &[[f32; 2]], triangles: &[[u32; 3]]) -> Result<i64> {
         let end = std::mem::offset_of!(tatu_builder, textured_mesh) + size_of::<usize>();
         let known = !coordinates.is_empty() && self.raw.size as usize >= end;
@@ -94,13 +95,13 @@ impl<'a> Builder<'a> {
         // SAFETY: the pointers and counts are those of the slices, with 3 numbers per point and triangle, and 2 per
         // coordinate.
         match unsafe { add(Some(self.raw), points, coordinates.as_ptr().cast(), n, triangles, m) } {
-            0 => Err(Fail::new(format!("the host refused a mesh of {n} points and {m} triangles"))),
+            0 => Err(Fail::new(format!("the host rejected a mesh of {n} points and {m} triangles"))),
             id => Ok(id as i64),
         }
     }
     /// Adds an image of 4 bytes per pixel, top row first; returns its number for the property "texture" of shapes.
     pub fn image(&self, rgba: &[u8], columns: u32, rows: u32) -> Result<i64> {
-        let refused = || Fail::new(format!("the host refused an image of {columns} x {rows} pixels"));
+        let refused = || Fail::new(format!("the host rejected an image of {columns} x {rows} pixels"));
         if rgba.len() as u64 != 4 * u64::from(columns) * u64::from(rows) {
             return Err(refused());
         }
@@ -110,44 +111,44 @@ impl<'a> Builder<'a> {
             id => Ok(id as i64),
         }
     }
-    /// Reads a file next to the source; the bytes are valid during the build. Returns `None` if the file does not
-    /// exist. A path outside of the folders that may be read makes the build fail.
+    /// Reads a file, whose path is relative to the folder of the source; the bytes are valid during the build. Returns
+    /// `None` if the file does not exist. A path outside the folders that may be read makes the build fail.
     pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
         let mut out = Lent::EMPTY;
         let status = self.raw.file?(Some(self.raw), relative.into(), Some(&mut out));
         (status >= 0).then(|| out.bytes())
     }
-    /// Sets a setting of the world, such as "scene.dt", or its custom data, "scene.data"; SI units. It has an effect
-    /// only if an importer's file is opened as a scene.
+    /// Sets a parameter of the world, such as "scene.dt", in SI units, or its free data, "scene.data". It has an effect
+    /// only if an importer's file is opened as the scene.
     pub fn setting(&self, key: &str, value: impl Into<Value>) -> Result {
         (Node { builder: *self, id: 0 }).set(key, value).map(drop)
     }
-    /// Returns whether the host requests a description of the source by [`Builder::describe`].
+    /// Returns whether the host requested a description of the source: see [`Builder::describe`].
     pub fn is_asked(&self) -> bool {
         self.raw.describe.is_some()
     }
-    /// Describes the content of the source as a map with texts as keys.
+    /// Passes the host a description of the source, a map with text keys.
     pub fn describe(&self, map: &Value) -> Result {
         let Some(f) = self.raw.describe else { return Ok(()) };
         match f(Some(self.raw), Some(&Owned::default().value(map))) {
-            status if status < 0 => Err(Fail::with_code(status, "the host refused the description of the source")),
+            status if status < 0 => Err(Fail::with_code(status, "the host rejected the description of the source")),
             _ => Ok(()),
         }
     }
-    /// Adds the objects that a text in the scene format describes; those without a parent are placed below `parent`.
-    /// `name` is the file from which the text comes, relative to the folder of the source.
+    /// Adds the objects that a text in the scene format describes; those without a parent are added below `parent`.
+    /// `name` is the name of the file that contains the text, relative to the folder of the source.
     pub fn scene(&self, parent: Option<Node<'a>>, name: &str, text: &str) -> Result {
         let parent = parent.map_or(0, |p| p.id);
         match self.raw.scene.map_or(TATU_ERR_UNSUPPORTED, |f| f(Some(self.raw), parent, name.into(), text.into())) {
-            status if status < 0 => Err(Fail::with_code(status, format!("the host refused the text of `{name}`"))),
+            status if status < 0 => Err(Fail::with_code(status, format!("the host rejected the text of `{name}`"))),
             _ => Ok(()),
         }
     }
-    /// Returns the base of what is being built: its first object.
+    /// Returns the base of the model or import that is being built, which is its first object.
     pub fn base(&self) -> Node<'a> {
         Node { builder: *self, id: 1 }
     }
-    /// Adds a report about the source; `severity` is one of `TATU_REPORT_*`.
+    /// Reports a problem of the source; `severity` is one of `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
         if let Some(f) = self.raw.report {
             f(Some(self.raw), severity, node.map_or(0, |n| n.id), text.into());
@@ -160,23 +161,23 @@ impl<'a> Node<'a> {
     pub fn id(&self) -> u32 {
         self.id
     }
-    /// Sets a property, such as "mass", "position" or "color"; SI units. Returns the node.
+    /// Sets a property, such as "mass", "position" or "color", in SI units. Returns the node.
     pub fn set(self, key: &str, value: impl Into<Value>) -> Result<Self> {
         let text = CString::new(key).unwrap_or_default();
         let (raw, mut owned) = (self.builder.raw, Owned::default());
         let value = owned.value(&value.into());
         match raw.set.map_or(TATU_ERR_UNSUPPORTED, |f| f(Some(raw), self.id, text.as_c_str().into(), Some(&value))) {
-            status if status < 0 => Err(Fail::with_code(status, format!("the host refused the property `{key}`"))),
+            status if status < 0 => Err(Fail::with_code(status, format!("the host rejected the property `{key}`"))),
             _ => Ok(self),
         }
     }
-    /// Makes a "sensor" or "actuator" object a device of a kind or schema.
+    /// Sets the device of an object of kind "sensor" or "actuator": its kind, or a schema that the kind must fill.
     pub fn device(self, kind_or_schema: &str) -> Result<Self> {
         let text = CString::new(kind_or_schema).unwrap_or_default();
         let raw = self.builder.raw;
         match raw.device.map_or(TATU_ERR_UNSUPPORTED, |f| f(Some(raw), self.id, text.as_c_str().into())) {
             status if status < 0 => {
-                Err(Fail::with_code(status, format!("the host refused the device `{kind_or_schema}`")))
+                Err(Fail::with_code(status, format!("the host rejected the device `{kind_or_schema}`")))
             }
             _ => Ok(self),
         }
@@ -189,7 +190,7 @@ impl<'a> Node<'a> {
         let dialect = if dialect.is_empty() { LentCStr::NULL } else { dialect.as_c_str().into() };
         let (language, kind) = (language.as_c_str().into(), kind.as_c_str().into());
         match raw.script.map_or(0, |f| f(Some(raw), self.id, language, dialect, kind, name.into(), text.into())) {
-            0 => Err(Fail::new(format!("the host refused the script `{name}`"))),
+            0 => Err(Fail::new(format!("the host rejected the script `{name}`"))),
             _ => Ok(self),
         }
     }

@@ -12,58 +12,58 @@ use crate::safe::{
 
 /// A reader of models that are described by text.
 pub trait ModelReader: Sized + 'static {
-    /// The plugin that provides it.
+    /// The plugin that offers this reader.
     type Plugin: Plugin;
     /// The reader's own representation of a model.
     type Model: 'static;
 
-    /// Reads a model from the text of its file; `name` is that of its folder. [`Fail::unsupported`] leaves the text to
-    /// other readers; other errors state the line by [`Fail::at`].
+    /// Reads a model from the text of its file; `name` is the name of the file's folder. After [`Fail::unsupported`],
+    /// the host calls the next reader; all other errors must state the line with [`Fail::at`].
     fn read(plugin: &Self::Plugin, name: &str, text: &str) -> Result<(ModelInfo, Self::Model)>;
-    /// Builds the model; the first object is its base. It may be called within itself, by [`Builder::scene`].
+    /// Builds the model; the first object is its base. [`Builder::scene`] may call this function recursively.
     fn build(model: &Self::Model, builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
 
 /// The declaration of a model that was read.
 #[derive(Debug, Clone, Default)]
 pub struct ModelInfo {
-    /// Description, one sentence.
+    /// Description of the model, one sentence.
     pub text: String,
-    /// Category in lists; may be empty.
+    /// Heading under which lists show the model; may be empty.
     pub category: String,
     /// Licence as an SPDX expression; if empty, that of the plugin.
     pub licence: String,
-    /// The mounts by which the model fits a slot of another model; if empty, it fits every slot.
+    /// Names of the mounts with which the model fits a slot of another model; if empty, it fits every slot.
     pub mounts: Vec<String>,
-    /// Its parameters.
+    /// Its parameters, in the order in which they are documented.
     pub params: Vec<Param>,
-    /// Its slots.
+    /// Objects to which other models can be attached.
     pub slots: Vec<ModelSlot>,
-    /// Its constants.
+    /// Its constants with their sources, for the documentation.
     pub numbers: Vec<ModelNumber>,
 }
 
-/// A slot of a model, to which other models can be attached.
+/// An object of a model to which other models can be attached.
 #[derive(Debug, Clone, Default)]
 pub struct ModelSlot {
     /// Alias of the object.
     pub alias: String,
-    /// The mount that fits, such as "iso9409-50-4-m6"; if empty, any.
+    /// Name of the mount that fits, such as "iso9409-50-4-m6"; if empty, every mount fits.
     pub mount: String,
-    /// Its location, one sentence.
+    /// Position of the slot, one sentence.
     pub text: String,
-    /// Greatest mass that may be attached, kg, above which the host warns; 0 if it is not stated.
+    /// Attached mass, kg, above which the host warns; 0 if it is not stated.
     pub payload: f64,
 }
 
 /// A constant of a model, with the source of its value.
 #[derive(Debug, Clone)]
 pub struct ModelNumber {
-    /// Its name.
+    /// Name, as documented.
     pub name: String,
-    /// Its value, in SI units.
+    /// Value, in SI units.
     pub value: Value,
-    /// Its unit; may be empty.
+    /// Unit; may be empty.
     pub unit: String,
     /// The document that states it, or the reasoning behind an estimate.
     pub source: String,
@@ -85,7 +85,7 @@ pub(crate) unsafe extern "C" fn read<R: ModelReader>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: `me` was made by `init` and is live until shutdown; the texts and `out` are valid during the call.
+        // SAFETY: `me` was created by `init` and is live until shutdown; the texts and `out` are valid during the call.
         let (started, name, text, out) =
             unsafe { (&*me.cast::<Started<R::Plugin>>(), bytes_of(name), bytes_of(text), out.as_mut()) };
         let utf8 = |bytes| std::str::from_utf8(bytes).map_err(|_| Fail::argument("the text is not UTF-8"));

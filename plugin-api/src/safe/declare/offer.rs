@@ -1,4 +1,4 @@
-//! Collects everything that a plugin provides, and owns the memory of its C tables.
+//! Collects what a plugin offers, and owns the memory of its C tables.
 
 use std::{collections::HashSet, ptr::null};
 
@@ -30,7 +30,7 @@ impl<P: Plugin> Offer<P> {
             events: Vec::new(),
         }
     }
-    /// Gives each world an instance for commands, as [`PerWorld`] declares it.
+    /// Creates an instance of [`PerWorld::World`] for each world, for use by commands.
     pub fn per_world(&mut self)
     where
         P: PerWorld,
@@ -46,14 +46,15 @@ impl<P: Plugin> Offer<P> {
     pub fn has_command(&self, name: &str) -> bool {
         self.names.contains(name)
     }
-    /// Sets the subject of the commands that `offers` adds, except of those that already have one.
+    /// Sets the subject of all commands that `offers` adds, unless a command already has one.
     pub fn subject(&mut self, subject: &str, offers: impl FnOnce(&mut Self)) {
         let before = self.commands.len();
         offers(self);
         let new = self.commands.split_off(before);
         self.commands.extend(new.into_iter().map(|c| c.subject(subject)));
     }
-    /// Changes every command added so far, for common settings or those defined elsewhere, such as examples.
+    /// Applies `change` to every command added so far, for settings that they share or that are defined elsewhere, such
+    /// as examples.
     pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {
         self.commands = std::mem::take(&mut self.commands).into_iter().map(&mut change).collect();
         self.names = self.commands.iter().flat_map(|c| c.names().map(str::to_owned)).collect();
@@ -69,8 +70,8 @@ impl<P: Plugin> Offer<P> {
         let raw = self.keep.table(raw);
         self.constants.push(raw);
     }
-    /// Adds a source for a script language. If `module` is "", it runs in every new script state; otherwise `require`
-    /// loads it.
+    /// Adds a module for scripts of a language, as source text. If `module` is "", the text is run in every new script
+    /// state; otherwise scripts load it with `require`.
     pub fn prelude(&mut self, language: &str, module: &str, text: &str) {
         let text = bytes_raw(self.keep.own(text.as_bytes().to_vec()));
         let raw = tatu_prelude {
@@ -83,9 +84,10 @@ impl<P: Plugin> Offer<P> {
         let raw = self.keep.table(raw);
         self.preludes.push(raw);
     }
-    /// Adds a word by which the kind of a script is recognized if nothing else states it: "main", "child", "threaded",
-    /// "customization", "add-on", "module". A script matches if a name in its source begins with the word or, with
-    /// `TATU_MARK_LAST_LINE` in `flags`, if its last line does. The first match wins.
+    /// Adds a word by which the kind of a script is recognized if the script is run without its scene: "main", "child",
+    /// "threaded", "customization", "add-on" or "module". A script matches if a name in its source begins with the word
+    /// or, with `TATU_MARK_LAST_LINE` in `flags`, if its last non-empty line does. The first mark that matches
+    /// determines the kind.
     pub fn kind_mark(&mut self, language: &str, kind: &str, word: &str, flags: u32) {
         let raw = tatu_kind_mark {
             size: size_of::<tatu_kind_mark>() as u32,
@@ -112,7 +114,7 @@ impl<P: Plugin> Offer<P> {
         let raw = crate::safe::declare::model::table::<M>(&mut self.keep);
         self.models.push(raw);
     }
-    /// Sets the reader of models that are described by text.
+    /// Sets the reader for models that are described by text.
     pub fn model_reader<R: ModelReader<Plugin = P>>(&mut self) {
         self.read_model = Some(crate::safe::declare::model_reader::read::<R>);
     }
@@ -126,8 +128,8 @@ impl<P: Plugin> Offer<P> {
         let raw = crate::safe::declare::language::table::<L>(&mut self.keep, 0);
         self.languages.push(raw);
     }
-    /// Adds a script language whose scripts may be called on any thread, and concurrently, but each on one thread at a
-    /// time: a script can move to another thread, and scripts share no mutable state.
+    /// Adds a script language whose scripts may be called concurrently on different threads, each on one thread at a
+    /// time. A script must be able to move between threads, and scripts must not share mutable state.
     pub fn language_side_by_side<L: Language<Plugin = P> + Send>(&mut self) {
         let raw = crate::safe::declare::language::table::<L>(&mut self.keep, TATU_LANGUAGE_SIDE_BY_SIDE);
         self.languages.push(raw);

@@ -1,4 +1,4 @@
-//! The plugin, and the types of its declaration, which refer to each other.
+//! The trait of plugins, and the types with which a plugin declares what it offers.
 
 use std::{collections::HashSet, ffi::c_void, sync::Mutex};
 
@@ -8,7 +8,7 @@ use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
 /// A plugin. There is one value per host. A plugin must not have mutable globals; state that belongs to a world is
 /// stored in an instance of [`PerWorld`].
 pub trait Plugin: Sized + Send + Sync + 'static {
-    /// Starts the plugin. Services can be looked up now, and called once a world exists.
+    /// Starts the plugin. It may look up keys and services, but services can be called only once a world exists.
     fn start(host: &Host) -> Result<Self>;
     /// Declares everything that the plugin offers.
     fn offer(offer: &mut Offer<Self>);
@@ -16,36 +16,36 @@ pub trait Plugin: Sized + Send + Sync + 'static {
 
 /// A plugin whose commands store state for each world. It must call [`Offer::per_world`].
 pub trait PerWorld: Plugin {
-    /// The state of a world. [`Call::instance`] returns it as a shared reference. Commands may be re-entered while they
-    /// call a function, so use cells, and borrow them only briefly.
+    /// The state of a world. [`Call::instance`] returns it as a shared reference. A command may be called again while
+    /// it calls a function, so use cells, and do not hold a borrow across a call.
     type World: 'static;
 
     /// Creates the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
-    /// Whether the instance outlives a run, for scripts that do so too (customization scripts, add-ons). If so,
-    /// [`PerWorld::end_run`] is called; otherwise the instance is created again.
+    /// Whether the instance outlives a run, as customization scripts and add-ons do. If so, [`PerWorld::end_run`] is
+    /// called at the end of a run; otherwise the instance is recreated.
     const OUTLIVES_RUNS: bool = false;
-    /// Called at the end of a run, after its scripts have ended and before the scene is reset. Must drop the state that
-    /// belonged to these scripts ([`World::outlives_runs`]). After an error, the instance is created again.
+    /// Called at the end of a run, after its scripts have ended and before the scene is reset. Must drop the state of
+    /// scripts that do not outlive runs ([`World::outlives_runs`]). If this fails, the instance is recreated.
     fn end_run(&self, kept: &Self::World, world: &World<'_>) -> Result<()> {
         let _ = (kept, world);
         Ok(())
     }
-    /// Version of the data that [`PerWorld::save`] writes; increase it when that changes.
+    /// Version of the data that [`PerWorld::save`] writes; increase it when the format of the data changes.
     const STATE_VERSION: u32 = 0;
-    /// Saves the state of `world`, for a snapshot. Without this function, the state is reported as missing in the
-    /// snapshot, and the run is restored by replay.
+    /// Saves the state of `world` for a snapshot. By default, the state is reported as missing from the snapshot, and
+    /// the run is restored by replay.
     fn save(world: &Self::World) -> Result<Vec<u8>> {
         let _ = world;
         if size_of::<Self::World>() == 0 {
             return Ok(Vec::new());
         }
-        Err(Fail::unsupported("it cannot save its state of the world"))
+        Err(Fail::unsupported("the plugin cannot save its state of this world"))
     }
-    /// Restores data that `save` of `version` wrote, into a new instance.
+    /// Restores data that version `version` of `save` wrote, in a new instance.
     fn load(world: &Self::World, bytes: &[u8], version: u32) -> Result<()> {
         let _ = (world, version);
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("this plugin cannot restore a saved state")) }
     }
 }
 
@@ -54,18 +54,18 @@ pub trait PerWorld: Plugin {
 pub struct Instance {
     /// The sensor, actuator or script object.
     pub owner: tatu_object,
-    /// Number of the instance, unique in its world.
+    /// Id of the instance, unique in its world.
     pub id: u64,
-    /// Seed derived from the scene's seed and the owner: the same in every run.
+    /// Seed derived from the scene's seed and the owner, so it is the same in every run.
     pub seed: u64,
 }
 
 /// How an instance applies new values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// The instance uses them from now on.
+    /// The instance now uses the new values.
     Taken,
-    /// The instance must be created again with them.
+    /// The instance must be recreated with the new values.
     Rebuild,
 }
 
@@ -82,7 +82,7 @@ pub(crate) struct Started<P: Plugin> {
 pub(crate) type ReadModel =
     unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status;
 
-/// Models that were read, stored until shutdown by name and text, so that the same text is read only once.
+/// Models that were read, indexed by name and text and stored until shutdown, so that each text is read only once.
 #[derive(Default)]
 pub(crate) struct ReadModels {
     pub(crate) known: Vec<(String, String, *const tatu_model)>,
@@ -105,10 +105,10 @@ pub(crate) struct Tables {
 /// Collects everything that a plugin provides; see [`Plugin::offer`].
 pub struct Offer<P: Plugin> {
     pub(crate) keep: Keep,
-    /// The life cycle of the instance per world; null if there is none.
+    /// The life cycle of the per-world instance; null if the plugin has none.
     pub(crate) per_world: *const tatu_life,
     pub(crate) commands: Vec<Command<P>>,
-    /// Names of the commands, as a set because a plugin may look up each of hundreds.
+    /// Names of the commands, in a set because a plugin may look up each of several hundred names.
     pub(crate) names: HashSet<String>,
     pub(crate) constants: Vec<*const tatu_constant>,
     pub(crate) preludes: Vec<*const tatu_prelude>,
@@ -147,10 +147,10 @@ pub(crate) enum Function<P: Plugin> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u32)]
 pub enum Status {
-    /// The command works fully.
+    /// The command implements all of its documented behaviour.
     #[default]
     Full = TATU_COMMAND_FULL,
-    /// The command works in part; its notes say what is missing.
+    /// The command implements part of its documented behaviour; its notes describe what is missing.
     Partial = TATU_COMMAND_PARTIAL,
     /// The command accepts its arguments and returns a neutral value; the host reports it once per run.
     Stub = TATU_COMMAND_STUB,
@@ -177,8 +177,8 @@ pub(crate) type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send 
 /// The function of a command that may run in parallel with others.
 pub(crate) type RunShared<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>;
 
-/// A call of a command that may run in parallel with others: its own data, the immutable part of its plugin, and a
-/// read-only world. [`Call`] has more.
+/// A call of a command that may run in parallel with others. It provides the call's own data, the immutable part of the
+/// plugin and a read-only world; [`Call`] adds what requires exclusive access.
 pub struct SharedCall<'a, P: Plugin> {
     pub(crate) raw: &'a mut tatu_call,
     pub(crate) started: &'a Started<P>,

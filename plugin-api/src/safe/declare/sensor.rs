@@ -1,5 +1,5 @@
-//! Sensor kinds, which declare beams and compute readings. Their inputs and outputs are in `sample`, the tables for the
-//! host in `sensor_table`.
+//! Sensor kinds, which declare beams and compute readings. The module `sample` defines their inputs and outputs, and
+//! `sensor_table` the tables for the host.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,7 +13,7 @@ use crate::safe::{
     },
 };
 
-/// The form of the beams; they start at the sensor's origin and point along its +z axis.
+/// The form of the beams, which start at the sensor's origin and point along its +z axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Form {
     /// No beams: the sensor measures only its own motion.
@@ -25,7 +25,7 @@ pub enum Form {
         /// Half of the opening angle, rad, 0 to pi.
         half_angle: f64,
     },
-    /// A volume of a different form, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`.
+    /// A volume of one of the other forms: `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`.
     Volume {
         /// Form of the volume, `TATU_BEAMS_*`.
         form: u32,
@@ -57,11 +57,11 @@ pub enum Form {
 pub struct Beams {
     /// Form of the beams.
     pub form: Form,
-    /// Nearest distance that is detected, m.
+    /// Minimum distance that is detected, m.
     pub near: f64,
-    /// Farthest distance that is detected, m.
+    /// Maximum distance that is detected, m.
     pub far: f64,
-    /// Greatest angle between line of sight and surface normal, rad; pi/2 means no limit.
+    /// Maximum angle between line of sight and surface normal, rad; pi/2 means no limit.
     pub max_incidence: f64,
     /// Whether beams ignore objects of the sensor's own model.
     pub skip_own_model: bool,
@@ -69,15 +69,16 @@ pub struct Beams {
     pub faces: (bool, bool),
     /// Whether visible objects are detected, as by a camera, instead of detectable ones.
     pub visible: bool,
-    /// Dimensions to which [`TATU_DIM_OWN`] in the shape of a field refers; if one is 0, the field is empty.
+    /// Dimensions to which [`TATU_DIM_OWN`] + k refers in the shape of a field; if dimension k is 0, the field is
+    /// empty.
     pub own: [u32; 4],
-    /// `TATU_IN_*`: inputs that this instance does not need; they are 0 or absent.
+    /// Inputs of the kind that this instance does not need, a sum of `TATU_IN_*`; they are 0 in its pixels.
     pub without: u32,
     /// Whether the nearest point in a volume is detected only if no surface is between it and the sensor.
     pub occlude: bool,
-    /// Physical nature of the beams: a sum of `TATU_WAVES_*`.
+    /// Physical kind of the beams: a sum of `TATU_WAVES_*`.
     pub waves: u32,
-    /// Whether they are rays that [`Sensor::aim`] moves and turns.
+    /// Whether [`Sensor::aim`] sets the origins and directions of the rays before each cast.
     pub aimed: bool,
     /// Origins of rays in the sensor's frame, m, one per ray; empty: all start at the sensor's origin.
     pub origins: Vec<[f64; 3]>,
@@ -111,72 +112,73 @@ impl Default for Beams {
 pub struct Preset {
     /// Id of the preset, such as "hokuyo_urg_04lx".
     pub id: &'static str,
-    /// Description, one sentence, with the source of the numbers.
+    /// Description, one sentence, with the source of the values.
     pub text: &'static str,
-    /// Lines of TOML, as in the object of the sensor in a scene, including its noise.
+    /// The settings, as the lines of TOML that a scene file would contain for the sensor, including its noise.
     pub settings: &'static str,
 }
 
 /// A kind of sensor. There is one value per sensor in a world.
 pub trait Sensor: Sized + Send + Sync + 'static {
-    /// The plugin that provides it.
+    /// The plugin that offers this kind of sensor.
     type Plugin: Plugin;
     /// Id of the kind of sensor in scene files, such as "proximity".
     const ID: &'static str;
-    /// Description, one sentence.
+    /// Description for documentation and lists, one sentence.
     const TEXT: &'static str;
-    /// The schemas of its readings, such as "proximity/1".
+    /// The schemas that its fields fill, such as "proximity/1".
     const SCHEMAS: &'static [&'static str];
-    /// The inputs that it needs: a sum of `TATU_IN_*`.
+    /// Inputs that `measure` requires: a sum of `TATU_IN_*`.
     const INPUTS: u32;
 
-    /// Whether it measures after each physics step, instead of at the end of a step of the world: for sensors of
+    /// Whether it is measured after each physics step, instead of at the end of a step of the world; for sensors of
     /// motion, force and contact, which have no beams.
     const EVERY_PHYSICS_STEP: bool = false;
 
-    /// Declares its parameters.
+    /// Declares the parameters of this kind of sensor.
     fn params() -> Vec<Param>;
-    /// Declares the fields that it fills.
+    /// Declares the fields of readings, which `measure` fills.
     fn fields() -> Vec<Field>;
     /// The presets of this kind of sensor.
     const PRESETS: &'static [Preset] = &[];
     /// Creates an instance. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Applies new values of live parameters; `changed` has a bit for each parameter, in the order of declaration. The
-    /// beams are then requested again. After an error, the old values stay in effect. A parameter with
-    /// [`Param::rebuilds`] is never passed here. (A snapshot of a run in which a parameter was changed is restored by
-    /// replay.)
+    /// Applies new values of parameters to a live instance; `changed` has a bit for each of the first 64 parameters, in
+    /// the order of declaration. The host then requests the beams again. If this fails, the old values remain in
+    /// effect. Not called for parameters with [`Param::rebuilds`]. A snapshot of a run in which a parameter was changed
+    /// is restored by replay.
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
     /// Returns the sensor's beams.
     fn beams(&self) -> Result<Beams>;
-    /// Number of values that each instance keeps between measurements: [`Readout::state`]. The host stores them, so
-    /// they are part of snapshots and survive a reload; they are zero at first and after a reset.
+    /// Number of values in [`Readout::state`], which persist between measurements of an instance. The host stores them,
+    /// so they are part of snapshots and survive a reload. They are 0 initially and after a reset.
     const STATE: usize = 0;
     /// Version of these values and of the data that [`Sensor::save`] writes; increase it when their meaning changes.
     const STATE_VERSION: u32 = 0;
-    /// Saves, for a snapshot, the data on which a reading depends besides parameters, [`Sensor::STATE`] and the beams;
-    /// most sensors have none.
+    /// Saves, for a snapshot, all data other than parameters, [`Sensor::STATE`] and the beams that affects readings.
+    /// Most sensors have no such data.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
-    /// Restores data that `save` of `version` wrote, into a sensor created with the same parameters.
+    /// Restores data that version `version` of `save` wrote, in a sensor created with the same parameters.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("this sensor cannot restore a saved state")) }
     }
-    /// Computes a reading from the beams. It must not block, and is called on several threads.
+    /// Computes a reading from the inputs. Must not block. Different instances may be called on different threads at
+    /// once.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;
-    /// Sets origin (m) and unit direction of each ray, in the sensor's frame, before they are cast; called for
-    /// instances whose [`Beams::aimed`] is set. The rays and hits of the sample are not available yet.
+    /// Sets origin (m) and unit direction of each ray, in the sensor's frame, before the rays are cast. Called for
+    /// instances for which [`Beams::aimed`] is set. Rays and hits are not available in `sample` yet.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let _ = (sample, rays);
         Ok(())
     }
-    /// Makes fields that depend on others consistent, after the declared noise has been applied to them. Otherwise like
-    /// [`Sensor::measure`]. It is called only if there is noise, so `measure` must fill all fields.
+    /// Recomputes fields that are derived from others, after declared noise has been applied to these. Otherwise like
+    /// [`Sensor::measure`]. Called only if there is noise, so `measure` must also fill derived fields.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let _ = (sample, out);
         Ok(())

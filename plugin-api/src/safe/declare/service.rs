@@ -24,54 +24,54 @@ use crate::safe::{
     },
 };
 
-/// A service. There is one value per session; dropping it ends it, including its threads.
+/// A service. There is one value per session; dropping the value ends the service and its threads.
 ///
-/// Only `barrier`, `event` and `resume` can access a world, each on the thread of its session. Threads of the service
-/// queue what they receive, call [`Session::wake`], and use nothing else of the host except its log.
+/// Only functions with a [`Turn`] can access a world; they are called on the thread of the session. The service's own
+/// threads must queue what they receive and call [`Session::wake`]; otherwise they may use only the host's log.
 pub trait Service: Sized + 'static {
-    /// The plugin that provides it.
+    /// The plugin that offers this service.
     type Plugin: Plugin;
     /// Id of the service in scene files and on the command line.
     const ID: &'static str;
-    /// Description, one sentence.
+    /// Description for documentation and lists, one sentence.
     const TEXT: &'static str;
 
     /// Names of the events that [`event`](Self::event) receives. `*` means all except "collision", "separation" and
     /// "contact", which are expensive. An empty list means "started", "paused", "resumed", "stopped" and "fault".
     const EVENTS: &'static [&'static str] = &[];
 
-    /// Declares its parameters.
+    /// Declares the parameters of the service.
     fn params() -> Vec<Param>;
     /// Starts the service. Dropping the value must join its threads.
     fn start(plugin: &Self::Plugin, host: &Host, session: Session, params: &Params<'_>) -> Result<Self>;
-    /// Takes the service's turn before a step, and while a world is stopped or paused. It executes queued requests and
-    /// must never block. After an error or a panic, the service is disabled.
+    /// Executes queued requests; called before each step, and while a world is stopped or paused. Must not block. If it
+    /// fails or panics, the service is switched off.
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer>;
     /// Handles an event, one of [`EVENTS`](Self::EVENTS).
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let _ = (turn, name, payload);
     }
-    /// Calls a function that a client passed as an argument by [`Turn::function`]; returns its results. It may wait for
-    /// the client, polling [`World::is_interrupted`] every 50 ms; commands that the client calls in the meantime cannot
-    /// wait.
+    /// Calls a function of a client, which was passed as an argument with [`Turn::function`], and returns its results.
+    /// It may wait for the client, and must then poll [`World::is_interrupted`] every 50 ms; commands that the client
+    /// calls meanwhile cannot wait.
     fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
         let _ = (turn, local, args);
         Err(Fail::unsupported("this service does not pass functions of clients"))
     }
-    /// Version of the data that [`Service::save`] writes; increase it when that changes.
+    /// Version of the data that [`Service::save`] writes; increase it when the format of the data changes.
     const STATE_VERSION: u32 = 0;
-    /// Saves the service's state concerning one world, for a snapshot. Most services have none, because clients are not
-    /// part of a snapshot.
+    /// Saves the service's state that concerns one world, for a snapshot. Most services have no such state, because
+    /// clients are not part of a snapshot.
     fn save(&self) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
-    /// Restores data that `save` of `version` wrote.
+    /// Restores data that version `version` of `save` wrote.
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("this service cannot restore a saved state")) }
     }
-    /// Takes the service's last turn, before the world ends. The world can be read but not changed; clients that wait
-    /// for a response can still receive one.
+    /// Called once before a world ends. The world can be read but not changed; clients that wait for a response can
+    /// still be sent one.
     fn last(&self, turn: &Turn<'_>) -> Result {
         let _ = turn;
         Ok(())
@@ -91,7 +91,7 @@ pub enum Answer {
     Hold,
 }
 
-/// A session, for use by the threads of a service. After the service has ended, its functions do nothing.
+/// A session, for use by the threads of a service. After the service has ended, its functions have no effect.
 #[derive(Clone)]
 pub struct Session {
     /// Null once the service has ended.
@@ -146,8 +146,8 @@ impl Turn<'_> {
             f(self.raw(), client);
         }
     }
-    /// Returns a function of a client as an argument for commands: [`Value::Func`]. Calls of it arrive at
-    /// [`Service::call_func`] with this number.
+    /// Returns a function of a client as an argument for commands, a [`Value::Func`]. When it is called, the host calls
+    /// [`Service::call_func`] with the number `local`.
     pub fn function(&self, local: u32) -> Result<Value> {
         let mut func = 0;
         match service!(self.session.function)(self.raw(), local, Some(&mut func)) {
@@ -157,7 +157,7 @@ impl Turn<'_> {
             }
         }
     }
-    /// Returns the state: `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
+    /// Returns the state of the world: `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
     pub fn state(&self) -> u32 {
         self.host().session.and_then(|s| s.state).map_or(TATU_RUNNING, |f| f(self.raw()))
     }
@@ -180,20 +180,20 @@ impl Turn<'_> {
         let all = all.unwrap_or_default();
         (all.iter().position(|w| *w == self.raw().ptr()).unwrap_or(0), all.len().max(1))
     }
-    /// Calls a command by any of its names. If `token` is 0, the command must not wait; otherwise it may, and its end
-    /// is reported to [`Service::resume`] with this token.
+    /// Calls a command by any of its names. If `token` is 0, the command must not wait. Otherwise it may wait, and
+    /// [`Service::resume`] is called with this token when it has finished.
     pub fn call(&self, name: &str, args: &[Value], token: u64) -> Result<Called> {
         outgoing::call_by_name(&self.world, name, args, token)
     }
 }
 
 struct Data<S> {
-    /// This is the first field, so that the service is dropped before its session.
+    /// The first field, so that the service is dropped before its session.
     service: S,
     session: Ending,
 }
 
-/// The session of a service, which is cleared when this is dropped.
+/// Clears a service's session when it is dropped.
 struct Ending(Session);
 
 impl Drop for Ending {
@@ -246,10 +246,10 @@ pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
     keep.table(raw)
 }
 
-/// Runs a call that passes a world.
+/// Runs a call of the host that passes a world.
 ///
 /// # Safety
-/// `data` must have been made by `start` and be alive; `world` must belong to the session, on the session's thread.
+/// `data` must have been created by `start` and be alive; `world` must belong to the session, on the session's thread.
 unsafe fn enter<S: Service>(
     data: *mut c_void,
     world: *mut tatu_world,
@@ -348,7 +348,7 @@ unsafe extern "C" fn call_func<S: Service>(
             let mut room = WorldRoom(turn);
             for value in service.call_func(turn, local, args)?.iter().take((*frame).results_cap as usize) {
                 let raw = value.to_raw(&mut room);
-                let raw = raw.ok_or_else(|| Fail::with_code(TATU_ERR_SPACE, "the results do not fit into memory"))?;
+                let raw = raw.ok_or_else(|| Fail::with_code(TATU_ERR_SPACE, "not enough memory for the results"))?;
                 *(*frame).results.add((*frame).n_results as usize) = raw;
                 (*frame).n_results += 1;
             }
@@ -357,7 +357,7 @@ unsafe extern "C" fn call_func<S: Service>(
     }
 }
 
-/// Memory of the world, valid until the caller of a function has read its results.
+/// Memory in the world's arena, valid until the caller of a function has read its results.
 struct WorldRoom<'a>(&'a World<'a>);
 
 impl Room for WorldRoom<'_> {

@@ -1,4 +1,4 @@
-//! Contains panics, which must not leave a plugin: every function that the host calls runs through here.
+//! Catches panics, which must not leave a plugin. Every function that the host calls is run by this module.
 
 use std::{
     any::Any,
@@ -10,7 +10,7 @@ use std::{
 use crate::abi::*;
 use crate::safe::{Fail, Result};
 
-/// Runs `f`; an error or panic is written into the host's error object.
+/// Runs `f` and returns its status; an error or panic is written to the host's error object.
 pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
     match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(status)) => status,
@@ -24,8 +24,8 @@ pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status
     }
 }
 
-/// Runs `f` for a plugin that fills a table of the ABI itself; an error or panic is written into the host's error
-/// object. Functions of this crate's traits are guarded already.
+/// Runs `f`, for plugins that fill tables of the ABI themselves; an error or panic is written to the host's error
+/// object. The traits of this crate need no such guard.
 ///
 /// # Safety
 /// `error` must be null, or point to an error object of the host that is alive during the call.
@@ -33,7 +33,7 @@ pub unsafe fn guarded(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_st
     run(error, f)
 }
 
-/// Runs `f` where no error can be returned. A panic is logged as an error, and the default value is returned.
+/// Runs `f` where no error can be returned. If it panics, the panic is logged as an error and the default is returned.
 pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
     catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| {
         if let Some(log) = LOG.get() {
@@ -43,7 +43,7 @@ pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
     })
 }
 
-/// The log of the host that started this library first. Each library has a separate one.
+/// The log of the host that first started a plugin of this library. Each library has its own copy of this static.
 static LOG: OnceLock<Log> = OnceLock::new();
 type Log = Box<dyn Fn(u32, &str) + Send + Sync>;
 

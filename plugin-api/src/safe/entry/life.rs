@@ -1,4 +1,4 @@
-//! The life cycle of instances: functions called by the host, generic over the kinds of instances.
+//! The life cycle of instances: the functions that the host calls, generic over the kinds of instances.
 
 use std::ffi::c_void;
 
@@ -11,9 +11,9 @@ use crate::safe::{
 };
 
 /// The type of the `data` that the host stores for an instance: of a world, sensor, actuator, script or service. Only
-/// one thread at a time calls it; calls may nest.
+/// one thread at a time calls an instance, but calls may nest.
 pub(crate) trait Life: Sized + 'static {
-    /// The plugin that provides it.
+    /// The plugin to which the instance belongs.
     type Plugin: Plugin;
     /// Version of the state block and of the data that `save` writes.
     const STATE_VERSION: u32 = 0;
@@ -34,7 +34,7 @@ pub(crate) trait Life: Sized + 'static {
     }
     fn load(&self, bytes: &[u8], version: u32) -> Result {
         let _ = version;
-        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("this instance cannot restore a saved state")) }
     }
 }
 
@@ -46,7 +46,7 @@ pub(crate) struct Info<'a> {
     pub session: *mut tatu_session,
 }
 
-/// Builds the function table of a kind of instance, for which the host stores this many bytes of state.
+/// Builds the function table of a kind of instance, for which the host stores a state block of `state_bytes`.
 pub(crate) fn table<L: Life>(state_bytes: usize) -> tatu_life {
     tatu_life {
         size: size_of::<tatu_life>() as u32,
@@ -62,10 +62,10 @@ pub(crate) fn table<L: Life>(state_bytes: usize) -> tatu_life {
     }
 }
 
-/// Returns the instance of a call.
+/// Returns the instance that `data` points to.
 ///
 /// # Safety
-/// `data` must have been made by `create` of this type, and must not be destroyed within `'a`.
+/// `data` must have been created by `create` of this type, and must not be destroyed within `'a`.
 pub(crate) unsafe fn of<'a, L: Life>(data: *mut c_void) -> &'a L {
     // SAFETY: the caller guarantees that `data` points to a live `L`.
     unsafe { &*data.cast::<L>() }
@@ -78,8 +78,8 @@ unsafe extern "C" fn create<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `me` was made by `init` and lives until shutdown. The host passes a description that is valid during
-        // the call, with the stated number of values, and `data` is valid for a write.
+        // SAFETY: `me` was created by `init` and lives until shutdown. The host passes a description that is valid
+        // during the call, with the stated number of values, and `data` is valid for a write.
         let (started, info, data) = unsafe {
             let (started, raw) = (&*me.cast::<Started<L::Plugin>>(), &*info);
             let info = Info {
@@ -97,7 +97,7 @@ unsafe extern "C" fn create<L: Life>(
 
 unsafe extern "C" fn destroy<L: Life>(data: *mut c_void) {
     quiet(|| {
-        // SAFETY: `data` was made by `Box::into_raw` in `create`, and the host destroys it only once.
+        // SAFETY: `data` was created by `Box::into_raw` in `create`, and the host destroys it only once.
         drop(unsafe { Box::from_raw(data.cast::<L>()) });
     });
 }
@@ -110,7 +110,7 @@ unsafe extern "C" fn configure<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `data` was made by `create` and is live; `params` points to `n` values, valid during the call.
+        // SAFETY: `data` was created by `create` and is live; `params` points to `n` values, valid during the call.
         let (data, params) = unsafe { (of::<L>(data), ValueRef::slice(params, n as usize)) };
         Ok(match data.configure(params, changed)? {
             Change::Taken => TATU_OK,
@@ -125,7 +125,7 @@ unsafe extern "C" fn save<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `data` was made by `create` and is live; the host passes null or a valid writer.
+        // SAFETY: `data` was created by `create` and is live; the host passes null or a valid writer.
         let (data, write) = unsafe { (of::<L>(data), writer.as_ref().and_then(|w| w.write)) };
         let write = write.ok_or_else(|| Fail::new("the host passed no writer"))?;
         let bytes = data.save()?;
@@ -142,7 +142,7 @@ unsafe extern "C" fn load<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `data` was made by `create` and is live; the bytes are valid during the call.
+        // SAFETY: `data` was created by `create` and is live; the bytes are valid during the call.
         let (data, bytes) = unsafe { (of::<L>(data), bytes_of(bytes)) };
         data.load(bytes, version)?;
         Ok(TATU_OK)
@@ -156,7 +156,7 @@ unsafe extern "C" fn end_run<L: Life>(
     error: *mut tatu_error,
 ) -> tatu_status {
     run(error, || {
-        // SAFETY: `me` was made by `init` and `data` by `create`, and both are live; the world is valid during the
+        // SAFETY: `me` was created by `init` and `data` by `create`, and both are live; the world is valid during the
         // call.
         let (started, data, world) = unsafe {
             let started = &*me.cast::<Started<L::Plugin>>();

@@ -1,4 +1,4 @@
-//! Entry points for the host: start, instances, and the guard around every function.
+//! The functions that the host calls: start, life cycle and tables, and the guard that catches their panics.
 
 pub(crate) mod guard;
 pub(crate) mod life;

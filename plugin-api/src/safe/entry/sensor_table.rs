@@ -1,4 +1,4 @@
-//! The C table of a sensor kind: functions over [`Sensor`].
+//! The C table of a sensor kind, whose functions call those of [`Sensor`].
 
 use std::{
     cell::{Ref, RefCell},
@@ -27,13 +27,13 @@ use crate::safe::{
 
 /// The `data` that the host stores for a sensor: the sensor, and the directions of its beams.
 ///
-/// There may be thousands of sensors, and each step visits all of them: the data for a measurement comes first, to
-/// occupy few cache lines.
+/// A world may have thousands of sensors, all of which are visited in each step. The fields that a measurement reads
+/// come first, so that they occupy few cache lines.
 #[repr(C, align(64))]
 struct Data<S: Sensor> {
-    /// The declared fields, shared by all sensors of the kind.
+    /// The declared fields of readings, shared by all sensors of the kind.
     fields: Arc<[Field]>,
-    /// The sensor, in a cell because nothing else may use it while it is being configured, not even its own calls. Only
+    /// The sensor, in a cell because it must not be used while it is being configured, not even by a nested call. Only
     /// one thread at a time uses an instance.
     sensor: RefCell<S>,
     directions: RefCell<Vec<[f64; 3]>>,
@@ -119,7 +119,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
 
 unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: `data` was made by `create` and is live; `out` is valid for a write.
+        // SAFETY: `data` was created by `create` and is live; `out` is valid for a write.
         let (data, out) = unsafe { (life::of::<Data<S>>(data), &mut *out) };
         let beams = data.sensor()?.beams()?;
         (out.near_m, out.far_m) = (beams.near, beams.far);
@@ -172,10 +172,10 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
                 if !beams.origins.is_empty() && beams.origins.len() != directions.len() {
                     let (origins, rays) = (beams.origins.len(), directions.len());
                     return Err(Fail::new(format!(
-                        "{origins} origins for {rays} rays; expected one for each, or none"
+                        "the beams have {origins} origins, but must have none, or one for each of the {rays} rays"
                     )));
                 }
-                // The host reads directions and origins before it requests beams again.
+                // The host reads directions and origins only until it requests the beams again.
                 data.directions.replace(directions);
                 data.origins.replace(beams.origins);
                 out.directions = data.directions.borrow().as_ptr().cast();
@@ -223,7 +223,7 @@ unsafe extern "C" fn aim<S: Sensor>(
     unsafe { each::<S>(batch, error, act) }
 }
 
-/// Calls a function for each sensor of a batch, except those that have failed already.
+/// Calls a function for each sensor of a batch, except for sensors that have already failed.
 ///
 /// # Safety
 /// The batch must be valid during the call, and no other thread may use its instances.
@@ -237,7 +237,7 @@ unsafe fn each<S: Sensor>(
         let batch = unsafe { &*batch };
         for i in 0..batch.n as usize {
             // SAFETY: the arrays are valid during the call and have one entry per instance, and `i` is below `n`;
-            // `data` was made by `create` and is alive.
+            // `data` was created by `create` and is alive.
             let (data, status) = unsafe { (life::of::<Data<S>>(*batch.data.add(i)), &mut *batch.status.add(i)) };
             if *status < 0 {
                 continue;

@@ -1,4 +1,4 @@
-//! The library's single symbol: start, shutdown, and the macro that exports a plugin.
+//! The single symbol that a library exports, with its functions for start and shutdown, and the macro that defines it.
 
 use std::{
     ffi::{CStr, c_char, c_void},
@@ -8,7 +8,7 @@ use std::{
 use crate::abi::*;
 use crate::safe::{Fail, Host, Offer, Plugin, declare::plugin::Started, entry::guard};
 
-/// A constant table that only contains pointers to constants.
+/// A constant table that contains only pointers to constants, so that it can be shared between threads.
 #[doc(hidden)]
 #[repr(transparent)]
 pub struct Entry<T>(pub T);
@@ -34,7 +34,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: the host passes null or its table, which lives until shutdown.
-        let host = unsafe { Host::new(host) }.ok_or_else(|| Fail::new("the host passed no table"))?;
+        let host = unsafe { Host::new(host) }.ok_or_else(|| Fail::new("the host passed no tatu_host"))?;
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);
@@ -49,7 +49,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
 pub unsafe extern "C" fn shutdown<P: Plugin>(me: *mut c_void) {
     guard::quiet(|| {
         if !me.is_null() {
-            // SAFETY: `me` was made by `Box::into_raw` in `init`, and the host calls shutdown only once.
+            // SAFETY: `me` was created by `Box::into_raw` in `init`, and the host calls shutdown only once.
             drop(unsafe { Box::from_raw(me.cast::<Started<P>>()) });
         }
     });
@@ -60,7 +60,7 @@ pub unsafe extern "C" fn extension<P: Plugin>(me: *mut c_void, id: *const c_char
     if me.is_null() || id.is_null() {
         return std::ptr::null();
     }
-    // SAFETY: `me` was made by `init` and is live until shutdown; `id` is NUL-terminated. Null was excluded above.
+    // SAFETY: `me` was created by `init` and is live until shutdown; `id` is NUL-terminated. Null was excluded above.
     let (tables, id) = unsafe { (&(*me.cast::<Started<P>>()).tables, CStr::from_ptr(id)) };
     match id {
         id if id == TATU_COMMAND => tables.command.cast(),

@@ -1,4 +1,4 @@
-//! Locates folders with files that are installed with a program.
+//! Locates the folders that are installed with a program.
 
 use std::path::{Path, PathBuf};
 
@@ -9,23 +9,24 @@ pub fn folders_beside(program: &Path, name: &str) -> Vec<PathBuf> {
     let Some(dir) = program.parent() else { return Vec::new() };
     let mut folders = vec![dir.join(name)];
     folders.extend(dir.parent().map(|up| up.join("share/tatu").join(name)));
-    // A program beside a folder `deps` was built by cargo, in `target/PROFILE` of the repository.
+    // A program beside a folder `deps` is in `target/PROFILE` of the repository, where cargo has built it.
     if dir.join("deps").is_dir() {
         folders.extend(dir.parent().and_then(Path::parent).map(|root| root.join(name)));
     }
     folders
 }
 
-/// Returns the path of the program `tatu`, for [`folders_beside`]: that of this process or, in another program that has
-/// opened the simulator or a plugin as a library, the path that the program would have in the same installation.
-/// Returns `None` if the system does not provide the path.
+/// Returns the path of the program `tatu`, for [`folders_beside`]. This is the program of the current process or, if
+/// another program has opened the simulator or a plugin as a library, the path that `tatu` would have in the
+/// installation to which the library belongs. Returns `None` if the system does not provide the path.
 ///
 /// The file need not exist.
 pub fn program_file() -> Option<PathBuf> {
     own_library().map_or_else(|| std::env::current_exe().ok(), |library| Some(program_of(library)))
 }
 
-/// Returns the path of the program to which a library belongs, or that of the library if its folder is not a known one.
+/// Returns the path that the program has in the installation of a library, or the path of the library itself if its
+/// folder is not that of an installation.
 fn program_of(library: PathBuf) -> PathBuf {
     const PROGRAM: &str = "tatu";
     let named = |folder: Option<&Path>, name: &str| folder.and_then(Path::file_name).is_some_and(|n| n == name);

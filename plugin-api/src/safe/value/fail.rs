@@ -4,7 +4,7 @@ use std::{borrow::Cow, fmt};
 
 use crate::abi::*;
 
-/// An error: a code, a message, and a hint.
+/// An error: a code and a message, and optionally a hint, a position and a traceback.
 #[derive(Clone, PartialEq)]
 pub struct Fail(Box<Body>);
 
@@ -26,11 +26,11 @@ impl Fail {
         let code = if code < 0 { code } else { TATU_ERR };
         Fail(Box::new(Body { code, text: text.into(), help: None, file: None, traceback: None }))
     }
-    /// Creates an error without a specific code.
+    /// Creates an error with the general code `TATU_ERR`.
     pub fn new(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR, text)
     }
-    /// Creates an error about a wrong argument.
+    /// Creates an error about an argument of the wrong type, count, size or range.
     pub fn argument(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR_ARGUMENT, text)
     }
@@ -42,7 +42,7 @@ impl Fail {
     pub fn unsupported(text: impl Into<String>) -> Self {
         Self::with_code(TATU_ERR_UNSUPPORTED, text)
     }
-    /// Adds a hint.
+    /// Adds a hint: what to do instead.
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.0.help = Some(text.into());
         self
@@ -69,7 +69,7 @@ impl Fail {
     pub fn help_text(&self) -> Option<&str> {
         self.0.help.as_deref()
     }
-    /// Returns file and line.
+    /// Returns the position of the error, file and line, if it has one.
     pub fn place(&self) -> Option<(&str, u64)> {
         self.0.file.as_ref().map(|(f, l)| (f.as_str(), *l))
     }
@@ -78,7 +78,7 @@ impl Fail {
         self.0.traceback.as_deref()
     }
 
-    /// Writes the error into the host's error object, if there is one; returns the code.
+    /// Writes the error to the host's error object, unless `error` is null, and returns the code.
     ///
     /// # Safety
     /// `error` must be null or point to a live error object of the host.
@@ -104,19 +104,19 @@ impl Fail {
         self.0.code
     }
 
-    /// Reads the host's error object.
+    /// Creates an error with this code and the texts of the host's error object.
     ///
     /// # Safety
     /// `error` must be null or point to a live error object of the host.
     pub unsafe fn read(code: tatu_status, error: *const tatu_error) -> Self {
         // SAFETY: the caller guarantees that `error` is null or points to an object that is alive during the call.
         let Some(e) = (unsafe { error.as_ref() }) else {
-            return Self::with_code(code, "failed without an error message");
+            return Self::with_code(code, "the call failed without an error message");
         };
         let some = |s: tatu_str| (s.len > 0).then(|| lossy(s).into_owned());
         Fail(Box::new(Body {
             code,
-            text: some(e.text).unwrap_or_else(|| "failed without an error message".into()),
+            text: some(e.text).unwrap_or_else(|| "the call failed without an error message".into()),
             help: some(e.help),
             file: some(e.file).map(|f| (f, e.line)),
             traceback: some(e.traceback),

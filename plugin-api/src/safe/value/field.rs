@@ -1,4 +1,4 @@
-//! Declarations of the fields of readings.
+//! Declarations of the fields that readings consist of.
 
 use std::marker::PhantomData;
 
@@ -9,7 +9,7 @@ mod sealed {
     pub trait Sealed {}
 }
 
-/// A type that the elements of a field can have.
+/// A type of elements of a field.
 pub trait Element: sealed::Sealed + Copy {
     /// The element type in the ABI, `TATU_ELEM_*`.
     const ELEM: u32;
@@ -29,7 +29,7 @@ elements! {
     tatu_object = TATU_ELEM_OBJECT
 }
 
-/// A field of a sensor: its index among the declared fields, and the type of its elements. Created by
+/// Refers to a declared field of a sensor by its index, with the type of its elements. Created by
 /// [`fields!`](crate::fields).
 #[derive(Debug)]
 pub struct TypedField<T> {
@@ -45,7 +45,7 @@ impl<T> Clone for TypedField<T> {
 impl<T> Copy for TypedField<T> {}
 
 impl<T: Element> TypedField<T> {
-    /// Returns the field with this index, from 0 in the order of declaration.
+    /// Returns a reference to the field with this index, from 0 in the order of declaration.
     pub const fn nth(index: usize) -> Self {
         TypedField { index, holds: PhantomData }
     }
@@ -55,9 +55,9 @@ impl<T: Element> TypedField<T> {
     }
 }
 
-/// Declares the fields of a sensor: for each its name in the code, the type of its elements, and its declaration with
-/// its name in readings. Defines a constant per field, by which `measure` writes it, and `declared_fields()`, which
-/// returns all declarations.
+/// Declares the fields of a sensor: for each field the name of a constant, the type of the elements, and the
+/// declaration, which states the field's name in readings. Defines the constants, with which `measure` writes the
+/// fields, and `declared_fields()`, which returns all declarations.
 ///
 /// ```
 /// # use tatu_plugin_api::{fields, safe::*};
@@ -65,8 +65,8 @@ impl<T: Element> TypedField<T> {
 ///
 /// fields! {
 ///     Lamp {
-///         LEVEL: f64 = Field::new("lamp.level").unit("1").nothing("0").text("How much light comes back.");
-///         SEEN: i32 = Field::new("lamp.seen").nothing("0").text("Whether any comes back.");
+///         LEVEL: f64 = Field::new("lamp.level").unit("1").nothing("0").text("Reflected light, 0 to 1.");
+///         SEEN: i32 = Field::new("lamp.seen").nothing("0").text("Whether light is detected.");
 ///     }
 /// }
 ///
@@ -94,7 +94,7 @@ macro_rules! fields {
     (@constants $n:expr;) => {};
 }
 
-/// The declaration of one field of a sensor's readings.
+/// The declaration of a field of a sensor's readings.
 #[derive(Debug, Clone)]
 pub struct Field {
     name: &'static str,
@@ -155,8 +155,8 @@ impl Field {
     pub fn shape(&self) -> [u32; 3] {
         self.dims
     }
-    /// Sets the shape, outermost dimension first. 0 means the number of beams or pixels; [`TATU_DIM_ROWS`] and
-    /// [`TATU_DIM_COLUMNS`] mean those of the image.
+    /// Sets the shape, outermost dimension first. 0 stands for the number of beams or pixels, [`TATU_DIM_ROWS`] and
+    /// [`TATU_DIM_COLUMNS`] for the number of rows and columns of the image.
     pub fn dims(mut self, dims: [u32; 3]) -> Self {
         self.dims = dims;
         self
@@ -169,18 +169,18 @@ impl Field {
     pub fn elements(self, n: u32) -> Self {
         self.dims([n, 1, 1])
     }
-    /// Sets the unit.
+    /// Sets the unit, such as "m"; "1" for dimensionless fields.
     pub fn unit(mut self, unit: &'static str) -> Self {
         self.unit = Some(unit);
         self
     }
-    /// Sets the field that is 0 where this one is invalid; the default is that of its schema.
+    /// Sets the name of the field that is 0 where this one contains no measurement; by default, the schema defines it.
     pub fn valid(mut self, field: &'static str) -> Self {
         self.valid = Some(field);
         self
     }
-    /// Sets the value that means "no measurement", such as "0" or "0 0 0"; the default is that of its schema. No noise
-    /// is added to it.
+    /// Sets the value that stands for "no measurement", such as "0" or "0 0 0", to which no noise is added; by default,
+    /// the schema defines it.
     pub fn nothing(mut self, numbers: &'static str) -> Self {
         self.nothing = Some(numbers);
         self

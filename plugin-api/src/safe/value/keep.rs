@@ -1,4 +1,4 @@
-//! Memory of a plugin's tables.
+//! Owns the memory to which a plugin's tables point.
 
 use std::{
     any::Any,
@@ -18,7 +18,7 @@ struct Kept(*mut dyn Any);
 
 impl Drop for Kept {
     fn drop(&mut self) {
-        // SAFETY: the pointer was made by `Box::into_raw` in `Keep::own`, and is freed only here.
+        // SAFETY: the pointer was created by `Box::into_raw` in `Keep::own`, and is freed only here.
         drop(unsafe { Box::from_raw(self.0) });
     }
 }

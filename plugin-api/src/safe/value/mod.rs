@@ -1,4 +1,4 @@
-//! Values and their declarations: parameters, fields, errors, regular files, folders of a program.
+//! Values, errors, and declarations of parameters and fields, with utilities for files and for installed folders.
 
 pub(crate) mod beside;
 pub(crate) mod fail;

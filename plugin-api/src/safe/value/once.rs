@@ -1,5 +1,5 @@
-//! Caches the lists that a type declares, so that they match the ones the host received even if the type later returns
-//! different ones.
+//! Caches the lists that a type declares, so that they are always those that were declared to the host, even if the
+//! type would return different lists later.
 
 use std::{
     any::{Any, TypeId},
@@ -7,12 +7,12 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-/// Returns the list of a type `Key`; `make` is called only the first time.
+/// Returns the cached list of the type `Key`, which `make` creates in the first call.
 pub(crate) fn once<Key: 'static, T: Send + Sync + 'static>(make: impl FnOnce() -> Vec<T>) -> Arc<[T]> {
     static LISTS: Mutex<BTreeMap<TypeId, Arc<dyn Any + Send + Sync>>> = Mutex::new(BTreeMap::new());
     let key = TypeId::of::<fn(Key) -> T>();
     let known = LISTS.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-    // `make` is called without the lock, because it may request a different list.
+    // `make` is called without holding the lock, because it may itself request another list.
     let list = known.unwrap_or_else(|| {
         let made: Arc<Arc<[T]>> = Arc::new(make().into());
         LISTS.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_insert(made).clone()

@@ -1,11 +1,11 @@
-//! Values: borrowed as in the ABI, and owned.
+//! Owned values, and access to values that are borrowed in the form of the ABI.
 
 use std::{borrow::Cow, mem::MaybeUninit, ptr::NonNull};
 
 use crate::abi::*;
 use crate::safe::{Fail, Result, ValueRef};
 
-/// Deepest nesting of lists and maps.
+/// Maximum depth of nested lists and maps.
 pub const MAX_DEPTH: usize = 32;
 
 /// An owned value.
@@ -28,9 +28,9 @@ pub enum Value {
     Floats(Vec<f64>),
     /// An array of integers.
     Ints(Vec<i64>),
-    /// A list of values.
+    /// A list of values of any types.
     List(Vec<Value>),
-    /// Keys and values, in insertion order.
+    /// Entries of key and value, in insertion order.
     Map(Vec<(Value, Value)>),
     /// A function of a script.
     Func(tatu_func),
@@ -44,8 +44,8 @@ impl Value {
         Value::Text(s.as_ref().to_vec())
     }
 
-    /// Converts to the ABI form, and stores data that it points to in `room`; it must not be read after `room` has been
-    /// dropped. Returns `None` if there is no space left.
+    /// Converts the value to the form of the ABI, and copies the data that it points to into `room`. The result must
+    /// not be read after `room` has been dropped. Returns `None` if there is not enough space.
     pub fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         Some(match self {
             Value::Nil => raw_int(TATU_NIL, 0),
@@ -71,22 +71,22 @@ impl Value {
     }
 }
 
-/// Storage for data to which values point. Data that has been stored does not move.
+/// Storage for data to which values of the ABI point. Stored data does not move.
 pub trait Room {
-    /// Allocates `n` words of 8 bytes; returns `None` if there is no space left.
+    /// Allocates `n` words of 8 bytes. Returns `None` if there is not enough space.
     fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]>;
 }
 
 /// Returns memory from the host as a slice, or `None` for null.
 ///
 /// # Safety
-/// `at` must be null, or 8-byte aligned with room for `n` words that nothing else uses within `'a`.
+/// `at` must be null, or aligned to 8 bytes with room for `n` words that nothing else uses within `'a`.
 pub(crate) unsafe fn given<'a>(at: *mut u8, n: usize) -> Option<&'a mut [MaybeUninit<u64>]> {
     // SAFETY: `at` is not null here, and the caller guarantees alignment, size and exclusive use.
     NonNull::new(at).map(|at| unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
 }
 
-/// Storage that owns its memory, without a limit.
+/// Storage that owns its memory and has no limit.
 #[derive(Default)]
 pub struct Owned(Vec<Vec<MaybeUninit<u64>>>);
 
@@ -98,14 +98,14 @@ impl Room for Owned {
 }
 
 impl Owned {
-    /// Converts a value to the ABI form.
+    /// Converts a value to the form of the ABI.
     pub fn value(&mut self, value: &Value) -> ValueRef<'_> {
         let raw = self.raw(value);
         // SAFETY: the value's data is stored in `self`, which frees nothing before it is dropped; the returned value
         // borrows `self`.
         unsafe { ValueRef::new(raw) }
     }
-    /// Converts several values.
+    /// Converts several values to the form of the ABI.
     pub fn values(&mut self, values: &[Value]) -> Vec<ValueRef<'_>> {
         let raw: Vec<_> = values.iter().map(|v| self.raw(v)).collect();
         // SAFETY: the values' data is stored in `self`, which frees nothing before it is dropped; the returned values
@@ -118,7 +118,8 @@ impl Owned {
     }
 }
 
-/// Builds a value with a tag that states elements of type `T`; returns `None` if there is no space left.
+/// Builds a value that contains a copy of `data`, whose type `T` must match the tag. Returns `None` if there is not
+/// enough space.
 pub(crate) fn raw_span<T: Copy>(tag: u32, data: &[T], room: &mut dyn Room) -> Option<tatu_value> {
     let bytes = size_of_val(data);
     let words = room.words(bytes.div_ceil(8).max(1)).filter(|words| size_of_val(*words) >= bytes)?;
@@ -213,7 +214,7 @@ impl<'a> ValueRef<'a> {
     pub fn is_nil(self) -> bool {
         self.tag() == TATU_NIL
     }
-    /// Returns a float or integer as a float.
+    /// Returns a float or integer as a float, or `None` for a value of another type.
     pub fn as_f64(self) -> Option<f64> {
         match self.tag() {
             TATU_F64 => Some(f64::from_bits(self.bits())),
@@ -221,7 +222,7 @@ impl<'a> ValueRef<'a> {
             _ => None,
         }
     }
-    /// Returns an integer; floats are truncated toward zero.
+    /// Returns an integer, or a float truncated toward zero, or `None` for a value of another type.
     pub fn as_i64(self) -> Option<i64> {
         match self.tag() {
             TATU_F64 => Some(f64::from_bits(self.bits()) as i64),
@@ -229,7 +230,7 @@ impl<'a> ValueRef<'a> {
             _ => None,
         }
     }
-    /// Returns a boolean.
+    /// Returns a boolean, or `None` for a value of another type.
     pub fn as_bool(self) -> Option<bool> {
         (self.tag() == TATU_BOOL).then(|| self.bits() != 0)
     }
@@ -244,15 +245,15 @@ impl<'a> ValueRef<'a> {
             _ => self.as_i64().and_then(|i| u64::try_from(i).ok()),
         }
     }
-    /// Returns a function.
+    /// Returns a function, or `None` for a value of another type.
     pub fn as_func(self) -> Option<tatu_func> {
         (self.tag() == TATU_FUNC).then(|| self.bits())
     }
-    /// Returns text or bytes.
+    /// Returns the bytes of a text or byte string, or `None` for a value of another type.
     pub fn as_bytes(self) -> Option<&'a [u8]> {
         matches!(self.tag(), TATU_TEXT | TATU_BYTES).then(|| self.span())
     }
-    /// Returns text; invalid UTF-8 is replaced.
+    /// Returns a text or byte string as text, with invalid UTF-8 replaced, or `None` for a value of another type.
     pub fn as_str(self) -> Option<Cow<'a, str>> {
         self.as_bytes().map(String::from_utf8_lossy)
     }
@@ -285,11 +286,11 @@ impl<'a> ValueRef<'a> {
             _ => None,
         }
     }
-    /// Returns all numbers of an array, or of a list of numbers.
+    /// Returns all numbers of a numeric array or of a list that contains only numbers; otherwise `None`.
     pub fn numbers(self) -> Option<Vec<f64>> {
         matches!(self.tag(), TATU_F64S..=TATU_LIST).then(|| (0..self.len()).map(|i| self.number(i)).collect())?
     }
-    /// Returns exactly `N` numbers.
+    /// Returns the numbers of an array or list if it contains exactly `N` of them; otherwise `None`.
     pub fn array<const N: usize>(self) -> Option<[f64; N]> {
         if self.len() != N {
             return None;
@@ -300,15 +301,15 @@ impl<'a> ValueRef<'a> {
         }
         Some(out)
     }
-    /// Returns the values of a list.
+    /// Returns the values of a list, or `None` for a value of another type.
     pub fn list(self) -> Option<&'a [ValueRef<'a>]> {
         (self.tag() == TATU_LIST).then(|| self.span())
     }
-    /// Returns the entries of a map: keys and values.
+    /// Returns the entries of a map, each a key and a value, or `None` for a value of another type.
     pub fn map(self) -> Option<&'a [[ValueRef<'a>; 2]]> {
         (self.tag() == TATU_MAP).then(|| self.span())
     }
-    /// Returns the value of a map's entry with a text key.
+    /// Returns the value of the entry of a map with this text key, or `None` if there is no such entry.
     pub fn get(self, key: &str) -> Option<ValueRef<'a>> {
         self.map()?.iter().find(|[k, _]| k.as_bytes() == Some(key.as_bytes())).map(|[_, v]| *v)
     }
@@ -319,7 +320,7 @@ impl<'a> ValueRef<'a> {
 
     fn copy(self, depth: usize) -> Result<Value> {
         if depth > MAX_DEPTH {
-            return Err(Fail::argument(format!("tables must be nested at most {MAX_DEPTH} deep")));
+            return Err(Fail::argument(format!("lists and maps must be nested at most {MAX_DEPTH} deep")));
         }
         Ok(match self.tag() {
             TATU_NIL => Value::Nil,
@@ -344,7 +345,7 @@ impl<'a> ValueRef<'a> {
             }
             TATU_FUNC => Value::Func(self.bits()),
             TATU_OBJECT => Value::Object(self.bits()),
-            tag => return Err(Fail::argument(format!("a value has the unknown tag {tag}"))),
+            tag => return Err(Fail::argument(format!("a value has the tag {tag}, which is not defined"))),
         })
     }
 }

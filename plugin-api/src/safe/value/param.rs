@@ -1,4 +1,4 @@
-//! Declarations of parameters, which scenes write with their unit.
+//! Declarations of parameters, and access to their values.
 
 use std::borrow::Cow;
 
@@ -60,11 +60,11 @@ impl Param {
     pub fn bytes(key: &str) -> Self {
         Self::of(TATU_BYTES, key)
     }
-    /// Declares `count` numbers, or any number of them if it is 0.
+    /// Declares an array of `count` numbers, or of any length if `count` is 0.
     pub fn floats(key: &str, count: u32) -> Self {
         Param { count, ..Self::of(TATU_F64S, key) }
     }
-    /// Declares `count` integers, or any number of them if it is 0.
+    /// Declares an array of `count` integers, or of any length if `count` is 0.
     pub fn ints(key: &str, count: u32) -> Self {
         Param { count, ..Self::of(TATU_I64S, key) }
     }
@@ -72,12 +72,12 @@ impl Param {
     pub fn func(key: &str) -> Self {
         Self::of(TATU_FUNC, key)
     }
-    /// Declares a table with keys; any keys are allowed, unless [`Param::keys`] lists them.
+    /// Declares a map. Any keys are allowed, unless [`Param::keys`] declares them.
     pub fn map(key: &str) -> Self {
         Self::of(TATU_MAP, key)
     }
-    /// Sets the keys of a table of options. Each entry is checked and converted to its declared type, a missing one
-    /// gets its default, and an unknown key is an error that names the most similar one.
+    /// Declares the keys of a map of options. Each entry is checked and converted to its declared type, and a missing
+    /// entry gets its default. An undeclared key is an error, whose message suggests the most similar declared key.
     pub fn keys(mut self, keys: impl IntoIterator<Item = Param>) -> Self {
         self.keys = keys.into_iter().collect();
         self
@@ -86,25 +86,25 @@ impl Param {
     pub fn list(key: &str) -> Self {
         Self::of(TATU_LIST, key)
     }
-    /// Declares an object, or the handle of one.
+    /// Declares an object; the handle of an object is also accepted.
     pub fn object(key: &str) -> Self {
         Self::of(TATU_OBJECT, key)
     }
-    /// Declares a parameter that accepts any value.
+    /// Declares a parameter that accepts a value of any type.
     pub fn any(key: &str) -> Self {
         Self { flags: TATU_PARAM_ANY, ..Self::of(TATU_NIL, key) }
     }
-    /// Sets the parameter's unit: "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz".
+    /// Sets the parameter's unit, such as "m", "rad" or "Hz"; `tatu_param.unit` in `tatu/core.h` lists all units.
     pub fn unit(mut self, unit: impl Into<Cow<'static, str>>) -> Self {
         self.unit = Some(unit.into());
         self
     }
-    /// Sets the least and the greatest value.
+    /// Sets the bounds, both of which are allowed values.
     pub fn range(mut self, lowest: f64, highest: f64) -> Self {
         (self.lowest, self.highest) = (lowest, highest);
         self
     }
-    /// Sets the parameter's default; it may then be omitted, without [`Param::optional`].
+    /// Sets the default value. The parameter may then be omitted; [`Param::optional`] is not needed.
     pub fn default(mut self, value: impl Into<Value>) -> Self {
         self.fallback = value.into();
         self
@@ -114,12 +114,12 @@ impl Param {
         self.choices = choices.iter().map(|c| Cow::Borrowed(*c)).collect();
         self
     }
-    /// Sets the allowed texts, if they are known only at run time.
+    /// Sets the allowed texts, for texts that are determined at run time.
     pub fn choices_of(mut self, choices: Vec<String>) -> Self {
         self.choices = choices.into_iter().map(Cow::Owned).collect();
         self
     }
-    /// Allows the parameter to be omitted, or nil.
+    /// Allows the parameter to be omitted or to be nil.
     pub fn optional(mut self) -> Self {
         self.flags |= TATU_PARAM_OPTIONAL;
         self
@@ -145,9 +145,9 @@ impl Param {
         &self.key
     }
 
-    /// Returns the values of declared parameters in their order: those given by key, and defaults for the rest.
-    /// Integers become floats if the parameter is declared so. For tests without a host; it checks less than a host
-    /// does: keys, types, counts and ranges of numbers.
+    /// Returns a value for each declared parameter, in the order of declaration: the value that is given for its key,
+    /// or its default. Integers are converted to floats where a float is declared. For tests without a host: it checks
+    /// only keys, types, counts and ranges of numbers.
     ///
     /// # Errors
     /// Fails if a key is not declared, a value does not fit its declaration, or a value without a default is missing.
@@ -155,7 +155,7 @@ impl Param {
         if let Some((key, _)) = given.iter().find(|(key, _)| declared.iter().all(|p| p.key != *key)) {
             let known: Vec<&str> = declared.iter().map(|p| p.key.as_str()).collect();
             let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            return Err(Fail::argument(format!("there is no parameter `{key}`; declared: {known}")));
+            return Err(Fail::argument(format!("there is no parameter `{key}`; the declared parameters are: {known}")));
         }
         let value = |p: &Param| match given.iter().rev().find(|(key, _)| p.key == *key) {
             Some((_, value)) => p.fit(value.clone()),
@@ -218,23 +218,24 @@ impl Param {
     }
 }
 
-/// Values of declared parameters, by key, as passed to an instance.
+/// The values of an instance's declared parameters, accessed by key.
 pub struct Params<'a> {
     values: &'a [ValueRef<'a>],
     declared: &'a [Param],
 }
 
 impl<'a> Params<'a> {
-    /// Creates a view of values in the order of their declarations, as a host passes them; see [`Param::fill`].
+    /// Wraps values in the order of their declarations, as a host passes them; see [`Param::fill`].
     pub fn new(values: &'a [ValueRef<'a>], declared: &'a [Param]) -> Self {
         Params { values, declared }
     }
-    /// Returns the value of a key, or nil if it was not given.
+    /// Returns the value of a parameter, or nil if none was given.
     pub fn get(&self, key: &str) -> Result<ValueRef<'a>> {
-        let i =
-            self.declared.iter().position(|p| p.key == key).ok_or_else(|| {
-                Fail::new(format!("the plugin reads its parameter `{key}`, which it does not declare"))
-            })?;
+        let i = self
+            .declared
+            .iter()
+            .position(|p| p.key == key)
+            .ok_or_else(|| Fail::new(format!("the plugin reads the parameter `{key}`, but does not declare it")))?;
         Ok(self.values.get(i).copied().unwrap_or(ValueRef::NIL))
     }
     fn want<T>(&self, key: &str, what: &str, read: impl FnOnce(ValueRef<'a>) -> Option<T>) -> Result<T> {
@@ -242,23 +243,23 @@ impl<'a> Params<'a> {
         read(v)
             .ok_or_else(|| Fail::argument(format!("parameter `{key}`: expected {what}, found {}", type_name(v.tag()))))
     }
-    /// Returns a number.
+    /// Returns the value of a parameter as a number.
     pub fn f64(&self, key: &str) -> Result<f64> {
         self.want(key, "a number", ValueRef::as_f64)
     }
-    /// Returns an integer.
+    /// Returns the value of a parameter as an integer.
     pub fn i64(&self, key: &str) -> Result<i64> {
         self.want(key, "an integer", ValueRef::as_i64)
     }
-    /// Returns a boolean.
+    /// Returns the value of a parameter as a boolean.
     pub fn bool(&self, key: &str) -> Result<bool> {
         self.want(key, "true or false", ValueRef::as_bool)
     }
-    /// Returns a text.
+    /// Returns the value of a parameter as a text.
     pub fn string(&self, key: &str) -> Result<String> {
         self.want(key, "a text", |v| v.as_str().map(|s| s.into_owned()))
     }
-    /// Returns exactly `N` numbers.
+    /// Returns the value of a parameter as exactly `N` numbers.
     pub fn array<const N: usize>(&self, key: &str) -> Result<[f64; N]> {
         self.want(key, &format!("{N} numbers"), ValueRef::array)
     }

@@ -9,12 +9,12 @@ use std::{
 /// Default size limit of a file, bytes.
 pub const MOST_BYTES: u64 = 256 << 20;
 
-/// Opens a regular file of at most `most` bytes; reading ends there, even if the file grows. A pipe or a device, which
-/// may be endless or block on opening, is an error.
+/// Opens a regular file of at most `most` bytes. No more bytes are read even if the file grows. A pipe or a device is
+/// an error, because it may be endless or block when it is opened.
 pub fn open_plain(path: &Path, most: u64) -> io::Result<io::Take<File>> {
     check(&fs::metadata(path)?, most)?;
     let file = File::open(path)?;
-    // In the meantime, a different file may have been moved to this name.
+    // Checked again, because another file may have been moved to this path in the meantime.
     check(&file.metadata()?, most)?;
     Ok(file.take(most))
 }
@@ -29,7 +29,7 @@ pub(crate) fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
     let length = check(&file.metadata()?, most)?;
     let mut file = file.take(most);
     let mut bytes = Vec::new();
-    let no_room = |_| io::Error::new(io::ErrorKind::OutOfMemory, format!("there is no memory for its {length} bytes"));
+    let no_room = |_| io::Error::new(io::ErrorKind::OutOfMemory, format!("not enough memory for its {length} bytes"));
     bytes.try_reserve_exact(length as usize).map_err(no_room)?;
     file.read_to_end(&mut bytes)?;
     Ok(bytes)
@@ -50,7 +50,7 @@ fn check(about: &fs::Metadata, most: u64) -> io::Result<u64> {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a plain file"));
     }
     if about.len() > most {
-        let text = format!("it has {} MB, but at most {} MB are allowed", about.len() >> 20, most >> 20);
+        let text = format!("its size is {} MB, but at most {} MB are allowed", about.len() >> 20, most >> 20);
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
     }
     Ok(about.len())

@@ -1,8 +1,8 @@
-//! Readings of sensors, for commands and services.
+//! Fields of sensor readings, as commands and services read them.
 
 use crate::abi::*;
 
-/// One field of a sensor's last reading, copied.
+/// A copy of one field of a sensor's last reading.
 #[derive(Debug, Clone)]
 pub struct Reading {
     elem: u32,
@@ -22,7 +22,7 @@ enum Words {
 
 impl Reading {
     /// # Safety
-    /// The host must have filled `view`, and nothing may have been measured since.
+    /// The host must have filled `view`, and the sensor must not have been measured or removed since.
     pub(crate) unsafe fn of(view: &tatu_field_view) -> Self {
         let each = match view.elem {
             TATU_ELEM_F64 | TATU_ELEM_OBJECT => 8,

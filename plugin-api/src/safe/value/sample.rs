@@ -1,4 +1,4 @@
-//! Input and output of a measurement, for one sensor of a batch.
+//! Input and output of a measurement of one sensor in a batch.
 
 use std::ffi::c_void;
 
@@ -21,7 +21,7 @@ impl<'a> Sample<'a> {
     pub unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
         Sample { batch, i, cast: true }
     }
-    /// Returns the same sample for use while rays are being aimed, without the rays.
+    /// Returns a copy of the sample without rays, for use while they are being aimed.
     pub fn before_the_cast(&self) -> Sample<'a> {
         Sample { cast: false, ..*self }
     }
@@ -30,7 +30,8 @@ impl<'a> Sample<'a> {
         // SAFETY: the host's arrays are null or have one element per instance, and `i` is below `n`.
         (!array.is_null()).then(|| unsafe { *array.add(self.i) })
     }
-    /// Returns this instance's part of an array of parts, whose end offsets are in the array `ends`.
+    /// Returns this instance's part of an array in which the parts of all instances follow each other; part `i` extends
+    /// from `ends[i]` to `ends[i + 1]`.
     fn part<T>(&self, ends: *const u64, array: *const T) -> &'a [T] {
         if ends.is_null() || array.is_null() {
             return &[];
@@ -62,7 +63,7 @@ impl<'a> Sample<'a> {
     pub fn gravity(&self) -> [f64; 3] {
         self.batch.gravity
     }
-    /// Returns the sensor.
+    /// Returns the sensor's object.
     pub fn sensor(&self) -> tatu_object {
         self.own(self.batch.sensor).unwrap_or_default()
     }
@@ -82,11 +83,11 @@ impl<'a> Sample<'a> {
     pub fn objects(&self) -> &'a [tatu_object] {
         self.per_beam(self.batch.object)
     }
-    /// Returns for each beam red, green and blue. Requires `TATU_IN_COLOR`.
+    /// Returns for each beam the colour of the surface, unshaded: red, green, blue. Requires `TATU_IN_COLOR`.
     pub fn colors(&self) -> &'a [[u8; 3]] {
         self.per_beam(self.batch.color.cast())
     }
-    /// Returns for each beam the triangle or face that was hit. Requires `TATU_IN_PRIMITIVE`.
+    /// Returns for each beam the index of the triangle or face that was hit. Requires `TATU_IN_PRIMITIVE`.
     pub fn primitives(&self) -> &'a [u32] {
         self.per_beam(self.batch.primitive)
     }
@@ -96,7 +97,7 @@ impl<'a> Sample<'a> {
     pub fn depths(&self) -> &'a [f32] {
         self.per_pixel(self.batch.depth)
     }
-    /// Returns for each pixel red, green and blue. Requires `TATU_IN_COLOR`.
+    /// Returns for each pixel the shaded colour: red, green, blue. Requires `TATU_IN_COLOR`.
     pub fn pixel_colors(&self) -> &'a [[u8; 3]] {
         self.per_pixel(self.batch.pixel_color.cast())
     }
@@ -144,11 +145,12 @@ impl<'a> Sample<'a> {
             unsafe { fill(random, self.i as u32, first, out.len() as u64, out.as_mut_ptr()) };
         }
     }
-    /// Fills `out` with uniform random numbers in [0, 1), those of this sensor's measurement from index `first` on.
+    /// Fills `out` with uniformly distributed random numbers in [0, 1): those of this measurement, from index `first`.
     pub fn uniform(&self, first: u64, out: &mut [f64]) {
         self.draw(|r| r.uniform, first, out);
     }
-    /// Fills `out` with normally distributed random numbers with mean 0 and standard deviation 1.
+    /// Fills `out` with normally distributed random numbers, with mean 0 and standard deviation 1, of this measurement,
+    /// from index `first`.
     pub fn normal(&self, first: u64, out: &mut [f64]) {
         self.draw(|r| r.normal, first, out);
     }
@@ -200,7 +202,7 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// The output of a sensor: its fields, in the order of declaration.
+/// The output of a sensor or actuator: the buffers of its fields, in the order of declaration, and its state.
 pub struct Readout<'a> {
     /// Address and number of elements of each field.
     places: &'a [*mut c_void],
@@ -213,8 +215,9 @@ impl<'a> Readout<'a> {
     /// Creates the output of instance `i` of a batch. For hosts, and for tests without a host.
     ///
     /// # Safety
-    /// The batch must be valid for `'a`, as described in `tatu/sensor.h`, and have this instance. Nothing else may use
-    /// its fields, whose types are those in `fields`, and its state block of `state` numbers within `'a`.
+    /// The batch must be valid for `'a`, as described in `tatu/sensor.h`, and `i` must be less than its `n`. The types
+    /// of the fields must be those in `fields`, and the state block must contain `state` numbers. Nothing else may use
+    /// the fields and the state block within `'a`.
     pub unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
         let state: &mut [f64] = match state {
             0 => &mut [],
@@ -230,7 +233,7 @@ impl<'a> Readout<'a> {
     /// Creates the output of instance `i` from arrays of addresses and lengths, `n` fields for each instance.
     ///
     /// # Safety
-    /// The arrays must be valid for `'a` and have this instance, whose fields nothing else may use within `'a`.
+    /// The arrays must be valid for `'a` and include instance `i`, whose fields nothing else may use within `'a`.
     pub(crate) unsafe fn at(
         (places, lengths, n): (*const *mut c_void, *const *const u64, u32),
         i: usize,
@@ -248,7 +251,7 @@ impl<'a> Readout<'a> {
         }
     }
 
-    /// Returns an output without fields and state, for tests of actuators.
+    /// Returns an output without fields or state, for tests of actuators.
     pub fn none() -> Readout<'static> {
         Readout { places: &[], lengths: &[], fields: &[], state: &mut [] }
     }
@@ -265,13 +268,13 @@ impl Readout<'_> {
         // and nothing else uses it.
         unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
     }
-    /// Writes the first element of a field; has no effect if the field is empty.
+    /// Sets the first element of a field; has no effect if the field is empty.
     pub fn set<T: Element>(&mut self, field: TypedField<T>, value: T) {
         if let Some(first) = self.slice(field).first_mut() {
             *first = value;
         }
     }
-    /// Returns the elements of a field, in the order of its shape, for reading and writing.
+    /// Returns the elements of a field, in row-major order, for reading and writing.
     pub fn slice<T: Element>(&mut self, field: TypedField<T>) -> &mut [T] {
         self.of_number(field.index())
     }

@@ -1,4 +1,4 @@
-//! my_plugin: a kind of actuator in Rust. A propeller: it pushes along its +z axis with a force that follows the
+//! my_plugin: a kind of actuator in Rust. A propeller, which pushes along its +z axis with a force that follows the
 //! command `force` with a lag.
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
@@ -35,7 +35,7 @@ impl Actuator for Propeller {
     fn params() -> Vec<Param> {
         let positive = |key| Param::float(key).range(0.0, f64::INFINITY);
         vec![
-            positive("max_force").unit("N").default(10.0).text("Greatest force, forwards and backwards."),
+            positive("max_force").unit("N").default(10.0).text("Maximum force, forwards and backwards."),
             positive("lag").unit("s").default(0.2).text("Time in which 63 % of a change is reached."),
         ]
     }
@@ -55,7 +55,7 @@ impl Actuator for Propeller {
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result {
         let wanted = drive.commands()[0].clamp(-self.max_force, self.max_force);
         let (now, x) = (out.state[0], drive.dt() / self.lag);
-        // The mean of the force during the step, so that its impulse does not depend on how long steps are.
+        // The mean force during the step, so that the impulse does not depend on the duration of steps.
         let (end, mean) = match x.is_finite() && x > 0.0 {
             true => (now + (wanted - now) * -(-x).exp_m1(), wanted + (now - wanted) * -(-x).exp_m1() / x),
             false => (wanted, wanted),

@@ -1,6 +1,6 @@
 //! my_plugin: commands for scripts, in Rust.
 //!
-//! - `metres = my_plugin.travelled(object)`: how far an object has moved since the first call for it
+//! - `metres = my_plugin.travelled(object)`: distance that an object has moved since the first call for it
 //! - `my_plugin.reset()`: forgets all objects
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
@@ -30,7 +30,7 @@ impl Plugin for ThisPlugin {
 
     fn offer(offer: &mut Offer<Self>) {
         offer.per_world();
-        // The host has checked the arguments: they have the types that are declared here.
+        // The host has checked that the arguments have the types that are declared here.
         offer.command(
             Command::<Self>::new("my_plugin.travelled", |c| {
                 let object = c.world().look(c.arg(0).as_object().unwrap_or_default())?.id;
@@ -43,8 +43,8 @@ impl Plugin for ThisPlugin {
                 Ok(())
             })
             .param(Param::object("object").text("The object."))
-            .returns(Param::float("metres").unit("m").text("How far it has moved since the first call for it."))
-            .text("Returns how far an object has moved.")
+            .returns(Param::float("metres").unit("m").text("Distance moved since the first call for it."))
+            .text("Returns the distance an object has moved.")
             .subject("my_plugin")
             .example(
                 "local box = sim.createDummy(0.1)

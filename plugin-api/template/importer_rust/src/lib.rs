@@ -12,7 +12,7 @@
 
 use tatu_plugin_api::{safe::*, tatu_plugin};
 
-/// The plugin.
+/// The plugin, which has no data.
 struct ThisPlugin;
 
 impl Plugin for ThisPlugin {
@@ -80,7 +80,7 @@ impl Importer for Blocks {
         if head.starts_with(FIRST.as_bytes()) { 100 } else { 0 }
     }
 
-    /// Reads a file. Whatever it contains, the worst outcome is an error with a line number.
+    /// Reads a file. Malformed content must lead to an error with a line number, never to a crash.
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {
         let scale = params.f64("scale")?;
         let text = String::from_utf8_lossy(bytes);

@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use tatu_plugin_api::{safe::*, tatu_plugin};
 
-/// The plugin.
+/// The plugin, which has no data.
 struct ThisPlugin;
 
 impl Plugin for ThisPlugin {
@@ -41,8 +41,8 @@ fn solid(shape: Node<'_>, mass: f64) -> Result {
     Ok(())
 }
 
-/// Adds a motor and its wheel. A joint turns about its z axis, which is rotated by -90 degrees about x to point along
-/// +y, so that a positive velocity drives forward. The wheel collides as a ball, which has one point of contact.
+/// Adds a motor and its wheel. A joint rotates about its z axis, which is rotated by -90 degrees about x to point along
+/// +y, so that a positive velocity drives forward. The wheel collides as a sphere, which has a single point of contact.
 fn wheel(builder: &Builder<'_>, base: Node<'_>, radius: f64, y: f64, side: &str) -> Result {
     let joint = builder.object("joint", Some(base), &format!("{side}_motor"))?;
     let joint = joint.set("position", three([0.0, y, 0.0]))?.set("orientation", three([-FRAC_PI_2, 0.0, 0.0]))?;
@@ -78,7 +78,7 @@ impl Model for Cart {
         wheel(builder, base, r, TRACK / 2.0, "left")?;
         wheel(builder, base, r, -TRACK / 2.0, "right")?;
 
-        // The caster: a ball that turns freely in all directions.
+        // The caster: a ball that rotates freely in all directions.
         let socket = builder.object("joint", Some(base), "caster_socket")?;
         let socket = socket.set("type", "spherical")?.set("position", three([-0.15, 0.0, -r / 2.0]))?;
         let caster = builder.object("shape", Some(socket), "caster")?;

@@ -1,4 +1,4 @@
-//! A template for a sensor: one beam along +z measures the distance to the nearest object, rounded to steps.
+//! A template for a sensor: a single beam along +z measures the distance to the nearest object, rounded to steps.
 //!
 //! Change the parts marked (1) to (6); README.md describes how to build the sensor and where to put the library.
 
@@ -22,7 +22,7 @@ struct ExampleRange {
     step: f64,
 }
 
-// (4) The fields of a reading: all fields of its schema, which defines their meaning, or fields of your own. `measure`
+// (4) The fields of a reading: all fields of a schema, which defines their meaning, or your own fields. `measure`
 // writes them by these names.
 fields! {
     ExampleRange {
@@ -47,7 +47,7 @@ impl Sensor for ExampleRange {
     fn params() -> Vec<Param> {
         let metres = |key| Param::float(key).unit("m").range(0.0, 1e6);
         vec![
-            metres("range").default(2.0).text("How far it sees."),
+            metres("range").default(2.0).text("Maximum range."),
             metres("step").default(0.001).text("Step to which the distance is rounded; 0: not rounded."),
         ]
     }
@@ -67,7 +67,7 @@ impl Sensor for ExampleRange {
         Ok(Change::Taken)
     }
 
-    // (5) The beams: rays along unit vectors in the sensor's frame, or a volume such as a cone; +z is ahead.
+    // (5) The beams: rays along unit vectors in the sensor's frame, or a volume such as a cone; +z points ahead.
     fn beams(&self) -> Result<Beams> {
         Ok(Beams { form: Form::Rays(vec![[0.0, 0.0, 1.0]]), far: self.range, ..Beams::default() })
     }

@@ -6,7 +6,7 @@
 //! actuation   my_robot.go 0.5
 //! ```
 //!
-//! A line runs when the callback or function that it names is called. Arguments are numbers or words.
+//! A line runs when its callback or function is called. Arguments are numbers or words.
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
 #![forbid(unsafe_code)]
@@ -15,7 +15,7 @@ use std::cell::RefCell;
 
 use tatu_plugin_api::{abi::TATU_ERR_SCRIPT, safe::*, tatu_plugin};
 
-/// The plugin.
+/// The plugin, which has no data.
 struct ThisPlugin;
 
 impl Plugin for ThisPlugin {
@@ -35,7 +35,7 @@ struct Line {
     args: Vec<Value>,
 }
 
-/// A script.
+/// A script, whose only state is its text.
 #[derive(Default)]
 struct Script {
     text: RefCell<Vec<u8>>,
@@ -43,7 +43,7 @@ struct Script {
     lines: RefCell<Vec<Option<Line>>>,
 }
 
-/// Converts a word to a number if it is one, else to a text.
+/// Converts a word to a number if possible, otherwise to a text.
 fn value(word: &str) -> Value {
     let int = word.parse::<i64>().map(Value::Int);
     int.or_else(|_| word.parse::<f64>().map(Value::Float)).unwrap_or_else(|_| Value::text(word))
@@ -110,7 +110,7 @@ impl Language for Script {
         if same { Ok(()) } else { Err(Fail::unsupported("the text of the script has changed since the snapshot")) }
     }
 
-    // Scripts of this language cannot wait, and pass no functions of their own.
+    // Scripts of this language cannot wait, and cannot pass functions.
     fn resume(&self, _: u64, _: Option<Fail>, _: &mut Frame<'_>, _: Budget, _: &mut u64) -> Result<Flow> {
         Err(Fail::unsupported("a script of my_plugin cannot wait"))
     }

@@ -1,9 +1,9 @@
 //! my_plugin: a kind of sensor in Rust. A fan of beams in the plane of its z and x axes measures the clearance ahead.
 //!
 //! - `my_plugin.distance`: for each beam, m; the range if nothing is hit
-//! - `my_plugin.nearest`: the least of them, m; `my_plugin.bearing`: its direction, rad, from +z towards +x
+//! - `my_plugin.nearest`: the smallest of them, m; `my_plugin.bearing`: its direction, rad, from +z towards +x
 //!
-//! Noise, rate and latency are set by the scene: see the preset below, and `[noise.distance]` in a scene.
+//! The scene sets noise, rate and latency: see the preset below, and `[noise.distance]` in a scene.
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
 #![forbid(unsafe_code)]
@@ -24,7 +24,7 @@ impl Plugin for ThisPlugin {
     }
 }
 
-/// One sensor of a scene. Its parameters determine it completely, so a snapshot need not save anything.
+/// One sensor of a scene. Its parameters fully determine its state, so there is nothing to save in a snapshot.
 struct Fan {
     range: f64,
     angle: f64,
@@ -43,7 +43,7 @@ fields! {
     Fan {
         DISTANCE: f64 = Field::new("my_plugin.distance").per_beam().unit("m").text("Distance along each beam.");
         NEAREST: f64 = Field::new("my_plugin.nearest").unit("m").text("The least distance.");
-        BEARING: f64 = Field::new("my_plugin.bearing").unit("rad").text("Where that is, from +z towards +x.");
+        BEARING: f64 = Field::new("my_plugin.bearing").unit("rad").text("Direction of that beam, from +z towards +x.");
     }
 }
 
@@ -56,14 +56,14 @@ impl Sensor for Fan {
     const INPUTS: u32 = TATU_IN_DISTANCE;
     const PRESETS: &'static [Preset] = &[Preset {
         id: "cheap",
-        text: "A cheap one with an error of 2 cm; invented numbers.",
+        text: "A low-cost sensor with an error of 2 cm; the values are examples.",
         settings: "range_m = 4.0\n\n[noise.nearest]\nsigma = 0.02\n",
     }];
 
     fn params() -> Vec<Param> {
         vec![
-            Param::float("range").unit("m").range(0.01, 1000.0).default(5.0).text("How far it sees."),
-            Param::float("angle").unit("rad").range(0.0, PI).default(1.0).text("From the first beam to the last."),
+            Param::float("range").unit("m").range(0.01, 1000.0).default(5.0).text("Maximum range."),
+            Param::float("angle").unit("rad").range(0.0, PI).default(1.0).text("Angle from first to last beam."),
             Param::int("beams").range(1.0, 1000.0).default(21).rebuilds().text("Number of beams."),
         ]
     }

@@ -1,6 +1,6 @@
-//! my_plugin: a service in Rust. A thread of its own waits for events from outside, queues them, and wakes the session;
-//! between two steps the service applies the queued events to the world. Here the thread waits for the clock, and
-//! queues a tick every `period`. Replace it with your socket, device or bridge: see `listen`.
+//! my_plugin: a service in Rust. A separate thread waits for external events, queues them, and wakes the session.
+//! Between two steps, the service applies the queued events to the world. In this example the thread waits for the
+//! clock, and queues a tick every `period`. Replace it with your socket, device or bridge: see `listen`.
 //!
 //! - signal `my_plugin.ticks`: number of ticks received; the simulation waits until there are `wait_for` of them
 //!
@@ -16,7 +16,7 @@ use std::{
 
 use tatu_plugin_api::{safe::*, tatu_plugin};
 
-/// The plugin.
+/// The plugin, which has no data.
 struct ThisPlugin;
 
 impl Plugin for ThisPlugin {
@@ -39,7 +39,7 @@ struct Ticks {
     thread: Option<JoinHandle<()>>,
 }
 
-/// Runs on the thread of the service. Of the host's functions it may use only `wake` and the log.
+/// Runs on the service's own thread, which may use only [`Session::wake`] and the log of the host.
 fn listen(session: &Session, period: Duration, queue: &Sender<i64>, ending: &Receiver<()>) {
     for tick in 1.. {
         if ending.recv_timeout(period) != Err(RecvTimeoutError::Timeout) || queue.send(tick).is_err() {
@@ -58,7 +58,7 @@ impl Service for Ticks {
     fn params() -> Vec<Param> {
         vec![
             Param::float("period").unit("s").range(0.001, 60.0).default(0.01).text("Real time between two ticks."),
-            Param::int("wait_for").range(0.0, 1e9).default(1).text("The simulation waits until this many ticks have come."),
+            Param::int("wait_for").range(0.0, 1e9).default(1).text("The simulation waits for this many ticks."),
         ]
     }
 

@@ -8,10 +8,10 @@ use tatu_plugin_api::{
 
 use crate::hull::{Hull, Submerged};
 
-/// The plugin, which has no state.
+/// The buoyancy plugin. It has no state.
 pub struct Water;
 
-/// The forces of water on the shape that it is mounted on.
+/// A hull in water, which exerts buoyancy and drag on the shape that the actuator is mounted on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Buoyancy {
     hull: Hull,
@@ -21,10 +21,12 @@ pub struct Buoyancy {
     surface: f64,
     /// Velocity of the water, world frame, m/s.
     current: [f64; 3],
-    /// Linear drag of the fully submerged hull, along and about each axis of the mount.
+    /// Linear drag of the fully submerged hull, along and about each axis of the mount, N s/m and N m s.
     linear: [f64; 6],
+    /// Quadratic drag of the fully submerged hull, along and about each axis of the mount, N s^2/m^2 and N m s^2.
     quadratic: [f64; 6],
-    /// Mass (three times) and moments of inertia of the body, kg and kg m^2, which limit the effect of drag in a step.
+    /// Inertia of the body: its mass for each axis, kg, then its moments of inertia, kg m^2. Limits the effect of drag
+    /// in a step.
     inertia: [f64; 6],
 }
 
@@ -35,7 +37,7 @@ fields! {
     }
 }
 
-/// The readings of the actuator.
+/// The fields that the actuator reports.
 struct Report;
 
 impl Actuator for Buoyancy {
@@ -59,7 +61,7 @@ impl Actuator for Buoyancy {
                 .range(0.0, 1e9)
                 .default(0.0)
                 .rebuilds()
-                .text("Volume that the hull displaces when it is submerged, m^3; 0: that of the box."),
+                .text("Volume that the hull displaces when fully submerged, m^3; 0: the volume of the box."),
             Param::float("density").range(0.0, 1e5).default(1000.0).rebuilds().text("Density of the water, kg/m^3."),
             Param::float("surface")
                 .unit("m")
@@ -109,7 +111,7 @@ impl Actuator for Buoyancy {
         }
         let numbers = [it.weight, it.surface, volume];
         let all = numbers.iter().chain(&size).chain(&it.current).chain(&it.linear).chain(&it.quadratic);
-        if all.copied().all(f64::is_finite) { Ok(it) } else { Err(Fail::argument("all numbers must be finite")) }
+        if all.copied().all(f64::is_finite) { Ok(it) } else { Err(Fail::argument("all parameters must be finite")) }
     }
 
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result {
@@ -141,7 +143,8 @@ impl Actuator for Buoyancy {
     }
 }
 
-/// Returns the mass (three times) and the moments of inertia of the shape that an actuator is mounted on.
+/// Returns the mass, once per axis, and the moments of inertia of the nearest shape above an actuator. Without a shape,
+/// logs a warning and returns infinite values.
 fn inertia(world: &SharedWorld<'_>, instance: Instance) -> Result<[f64; 6]> {
     let host = world.host();
     let [parent, mass, inertia] = ["object.parent", "shape.mass", "shape.inertia"].map(|key| host.prop(key));
@@ -150,7 +153,7 @@ fn inertia(world: &SharedWorld<'_>, instance: Instance) -> Result<[f64; 6]> {
         mount = match world.get(mount, parent)?.as_object() {
             Some(above) if above != 0 => above,
             _ => {
-                world.log(TATU_LOG_WARNING, b"buoyancy without a shape above has no effect: make it the child of one");
+                world.log(TATU_LOG_WARNING, b"buoyancy has no effect without a shape above it; parent it to a shape");
                 return Ok([f64::INFINITY; 6]);
             }
         };
@@ -163,8 +166,8 @@ fn inertia(world: &SharedWorld<'_>, instance: Instance) -> Result<[f64; 6]> {
     Ok([m, m, m, xx, yy, zz].map(|x| x.max(f64::MIN_POSITIVE)))
 }
 
-/// Returns the mean of exp(-t) for t from 0 to x: the mean fraction of a drag during a step, in which it slows the body
-/// down. Without this factor, a light body would oscillate.
+/// Returns the mean of exp(-t) for t from 0 to x: the mean drag during a step as a fraction of its initial value,
+/// because drag decreases as the body slows down. Without this factor, a light body would oscillate.
 fn mean_decay(x: f64) -> f64 {
     if x < 1e-9 { 1.0 } else { -libm::expm1(-x) / x }
 }

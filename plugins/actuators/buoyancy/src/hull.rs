@@ -1,9 +1,9 @@
 //! Hydrostatics of a box in water with a flat surface.
 
 /// Number of columns along x and along y. Each has two points of the Gauss-Legendre rule, which integrates the pressure
-/// on a floating box exactly as long as no edge enters or leaves the water within a column.
+/// on a floating box exactly while no edge of the box crosses the water surface within a column.
 const COLUMNS: [usize; 2] = [6, 4];
-/// Positions of the two points in a column of half width 1.
+/// Distance of the two points from the centre of a column of half width 1.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
 
 /// A box centred on the origin of its mount, with a given displacement.
@@ -11,14 +11,14 @@ const GAUSS: f64 = 0.577_350_269_189_625_8;
 pub struct Hull {
     /// Full extents along the axes of the mount, m.
     pub size: [f64; 3],
-    /// Volume of water that it displaces when it is submerged, m^3.
+    /// Volume of water that the fully submerged hull displaces, m^3.
     pub volume: f64,
 }
 
 /// The submerged part of a hull.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Submerged {
-    /// Fraction of the volume, 0 to 1.
+    /// Submerged fraction of the volume, 0 to 1.
     pub share: f64,
     /// Centre of the submerged part relative to the mount's origin, world frame, m; the origin if nothing is under
     /// water.
@@ -26,8 +26,8 @@ pub struct Submerged {
 }
 
 impl Hull {
-    /// Returns the submerged part. `axes` are the mount's axes in the world frame, and `depth` is the depth of its
-    /// origin below the surface, m.
+    /// Returns the submerged part. `axes` are the mount's axes in the world frame, and `depth` is the depth of the
+    /// mount's origin below the surface, m.
     pub fn submerged(&self, axes: [[f64; 3]; 3], depth: f64) -> Submerged {
         let half = self.size.map(|s| s / 2.0);
         let (mut share, mut moment) = (0.0, [0.0; 3]);
@@ -53,8 +53,8 @@ impl Hull {
     }
 }
 
-/// Returns the ends of the submerged part of a column. The column's centre is at height `z` above the surface, its axis
-/// rises by `up` per unit of length, and its half length is `half`.
+/// Returns the ends of the submerged part of a column, as positions along its axis from its centre. The centre is at
+/// height `z` above the surface, the axis rises by `up` per unit of length, and the half length is `half`.
 fn part(z: f64, up: f64, half: f64) -> (f64, f64) {
     // A horizontal column is treated as slightly tilted, so that the transition is continuous.
     let up = if up.abs() < 1e-6 { f64::copysign(1e-6, up) } else { up };
@@ -102,7 +102,7 @@ mod tests {
         let angle: f64 = 0.05;
         let got = hull().submerged(rolled(angle), 0.0);
         assert!((got.share - 0.5).abs() < 1e-12, "{got:?}");
-        // In the hull's own frame.
+        // Sideways displacement of the centre, in the hull's frame.
         let [_, y_axis, _] = rolled(angle);
         let aside = got.centre[1] * y_axis[1] + got.centre[2] * y_axis[2];
         let bm = 1.0 / 12.0 / 0.2;

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
 
 use crate::rotor::{Load, Rotor};
 
-/// The plugin, which has no state.
+/// The propeller plugin. It has no state.
 pub struct Propellers;
 
 /// A propeller with its motor.
@@ -26,7 +26,7 @@ fields! {
     }
 }
 
-/// The readings of a propeller.
+/// The fields that a propeller reports.
 struct Report;
 
 fn number(key: &str, unit: &'static str, default: f64, text: &str) -> Param {
@@ -38,7 +38,7 @@ impl Actuator for Propeller {
     type Plugin = Propellers;
     const ID: &'static str = "propeller";
     const TEXT: &'static str = "Rotor with a commanded speed: thrust along +z, drag torque, and lag of the motor.";
-    // The thrust must follow the attitude of a multicopter, which may change considerably within a step of the world.
+    // The thrust must follow the attitude of a multicopter, which can change considerably within a step of the world.
     const EVERY_SUBSTEP: bool = true;
     /// The state is the speed, rad/s.
     const STATE: usize = 1;
@@ -47,7 +47,7 @@ impl Actuator for Propeller {
     fn params() -> Vec<Param> {
         vec![
             number("max_speed", "rad/s", 838.0, "Maximum speed.").range(0.001, 1e5),
-            number("max_thrust", "N", 7.0, "Thrust at the maximum speed; proportional to the square of the speed."),
+            number("max_thrust", "N", 7.0, "Thrust at the maximum speed; thrust grows with the square of the speed."),
             number("torque_per_thrust", "m", 0.016, "Drag torque about the axis, in N m per N of thrust."),
             Param::string("turns")
                 .choices(&["counter-clockwise", "clockwise"])
@@ -68,7 +68,7 @@ impl Actuator for Propeller {
     }
 
     fn commands() -> Vec<Param> {
-        vec![Param::float("speed").unit("rad/s").default(0.0).text("Requested speed, limited to 0 up to `max_speed`.")]
+        vec![Param::float("speed").unit("rad/s").default(0.0).text("Requested speed, clamped to 0 to `max_speed`.")]
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {

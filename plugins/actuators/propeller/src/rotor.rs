@@ -9,7 +9,7 @@ pub struct Rotor {
     pub thrust: f64,
     /// Drag torque per thrust, m.
     pub torque: f64,
-    /// 1 if it turns counter-clockwise seen from above, otherwise -1.
+    /// 1 if the rotor rotates counter-clockwise, seen from above; -1 if it rotates clockwise.
     pub direction: f64,
     /// Time constants of an increasing and of a decreasing speed, s.
     pub lag: [f64; 2],
@@ -23,7 +23,7 @@ pub struct Rotor {
     pub inertia: f64,
 }
 
-/// A wrench in the rotor's frame, and its parts thrust and drag torque.
+/// The wrench of a rotor in its own frame, and the components of the wrench that the actuator reports.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Load {
     pub force: [f64; 3],
@@ -37,18 +37,18 @@ pub struct Load {
 /// The speed of a rotor during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spin {
-    /// Speed at the end, rad/s.
+    /// Speed at the end of the step, rad/s.
     pub end: f64,
-    /// Mean of the speed, rad/s.
+    /// Mean speed, rad/s.
     pub mean: f64,
-    /// Mean of its square, rad^2/s^2.
+    /// Mean of the squared speed, rad^2/s^2.
     pub mean_square: f64,
 }
 
 impl Rotor {
-    /// Returns the speed in a step of duration `dt` that starts with the speed `now` and approaches `wanted`.
+    /// Returns the speed during a step of duration `dt` that starts with the speed `now` and approaches `wanted`.
     ///
-    /// Means are exact, so that the momentum that a body gains does not depend on the duration of steps.
+    /// The means are exact, so the momentum that a body gains does not depend on the duration of steps.
     pub fn spin(&self, now: f64, wanted: f64, dt: f64) -> Spin {
         let wanted = wanted.clamp(0.0, self.max_speed);
         let tau = self.lag[usize::from(wanted < now)];
@@ -65,8 +65,8 @@ impl Rotor {
         }
     }
 
-    /// Returns the load on the mount. `velocity` and `turn` are those of the mount in the rotor's frame, m/s and rad/s;
-    /// `acceleration` is the rotor's, rad/s^2.
+    /// Returns the load on the mount. `velocity` and `turn` are the linear and angular velocity of the mount in the
+    /// rotor's frame, m/s and rad/s; `acceleration` is the angular acceleration of the rotor, rad/s^2.
     pub fn load(&self, spin: Spin, velocity: [f64; 3], turn: [f64; 3], acceleration: f64) -> Load {
         let Spin { mean, mean_square, .. } = spin;
         let [u, v, w] = velocity;

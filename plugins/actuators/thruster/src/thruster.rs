@@ -1,15 +1,15 @@
-//! The actuator kinds "thruster" and "thruster_substep", which differ in how often their force is computed.
+//! The actuator kinds "thruster" and "thruster_substep", whose forces are computed once per step of the world and
+//! before each engine step, respectively.
 
 use tatu_plugin_api::{
     fields,
     safe::{Actuator, Drive, Fail, Field, Instance, Output, Param, Params, Result, SharedWorld},
 };
 
-/// The plugin, which has no state.
+/// The thruster plugin. It has no state.
 pub struct Thrusters;
 
-/// A thruster. If `SUBSTEP` is set, its direction follows the mount in each engine step, not only in each step of the
-/// world.
+/// A thruster. If `SUBSTEP` is true, the force is updated before each engine step, not only in each step of the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thruster<const SUBSTEP: bool> {
     max_force: f64,
@@ -22,12 +22,13 @@ fields! {
     }
 }
 
-/// The readings of a thruster.
+/// The fields that a thruster reports.
 struct Report;
 
-/// Returns the thrust after a time `dt`, and its mean during `dt`, N: a first-order lag from `now` towards `wanted`.
+/// Returns the thrust after a time `dt` and the mean thrust during `dt`, N, for a first-order lag from `now` to
+/// `wanted`.
 ///
-/// The mean yields the exact impulse, so that the velocity of a body does not depend on the duration of a step.
+/// The mean yields the exact impulse, so the velocity of a body does not depend on the duration of a step.
 fn lag(now: f64, wanted: f64, time_constant: f64, dt: f64) -> (f64, f64) {
     if time_constant <= 0.0 || dt <= 0.0 {
         return (wanted, wanted);
@@ -42,7 +43,7 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
     type Plugin = Thrusters;
     const ID: &'static str = if SUBSTEP { "thruster_substep" } else { "thruster" };
     const TEXT: &'static str = if SUBSTEP {
-        "Force along its +z axis; evaluated before each engine step, so that its direction follows fast turns."
+        "Force along its +z axis, evaluated before each engine step, so its direction follows fast rotation."
     } else {
         "Force along its +z axis, which a script sets."
     };

@@ -3,10 +3,10 @@
 
 use tatu_plugin_api::safe::{Command, Param, Plugin, Value};
 
-/// Return value of a failed call by an old name, where the command returns text or a table.
+/// Return value of a failed call by an old name if the command returns a string or a table.
 pub const NIL: [Value; 1] = [Value::Nil];
-/// Return value of a failed call by an old name, where the command returns a handle, a count or a state, or sets
-/// something.
+/// Return value of a failed call by an old name if the command returns a handle, a count or a state, or only has an
+/// effect.
 pub const MINUS: [Value; 1] = [Value::Int(-1)];
 
 /// The neutral value that a stub returns.
@@ -18,7 +18,7 @@ pub enum Gives {
     Int(i64),
     /// A float.
     Float(f64),
-    /// Text.
+    /// A string.
     Text(&'static str),
     /// An empty table.
     Empty,
@@ -27,13 +27,13 @@ pub enum Gives {
 }
 
 impl Gives {
-    /// Returns the result of a failed call by an old name.
+    /// Returns the value that a failed call by an old name returns.
     pub fn on_error(self) -> [Value; 1] {
         if matches!(self, Gives::Int(_) | Gives::Float(_)) { MINUS } else { NIL }
     }
 }
 
-/// Builds a command that accepts any arguments and returns a neutral value; `why` names the missing feature.
+/// Builds a command that accepts any arguments and returns a neutral value. `why` states which feature is missing.
 pub fn stub<P: Plugin>(name: &str, gives: Gives, why: &str) -> Command<P> {
     let command = Command::new(name, move |c| {
         match gives {

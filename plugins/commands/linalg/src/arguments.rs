@@ -1,4 +1,4 @@
-//! Matrices as arguments and results of commands: their elements row by row, and their number of rows.
+//! Reads and returns matrices, which scripts pass as a list of elements, row by row, and a number of rows.
 
 use tatu_plugin_api::safe::{Command, Fail, Param, Result, SharedCall};
 
@@ -12,7 +12,7 @@ pub type Cmd = Command<Linalg>;
 /// A call of one of this plugin's commands, which may run in parallel with others.
 pub type Shared<'a> = SharedCall<'a, Linalg>;
 
-/// Maximum number of elements of a matrix; the time for a decomposition grows with its power of 1.5.
+/// Maximum number of elements of a matrix. The time for a decomposition grows with the number to the power of 1.5.
 const MOST: usize = 250_000;
 
 /// Declares the parameter with the elements of a matrix.
@@ -25,12 +25,12 @@ pub fn rows(key: &str) -> Param {
     Param::int(key).text("its number of rows")
 }
 
-/// Returns the matrix whose elements are argument `i` and whose number of rows is the argument after it.
+/// Reads a matrix: argument `i` contains its elements, row by row, and the argument after it its number of rows.
 pub fn given(c: &Shared<'_>, i: usize) -> Result<Matrix> {
     let wrong = |what: &str| Fail::argument(format!("argument {}: {what}", i + 1));
     let numbers = c.arg(i).numbers().ok_or_else(|| wrong("expected the elements of a matrix, a list of numbers"))?;
     if numbers.len() > MOST {
-        return Err(wrong(&format!("a matrix may have at most {MOST} elements, but there are {}", numbers.len())));
+        return Err(wrong(&format!("a matrix can have at most {MOST} elements, but this one has {}", numbers.len())));
     }
     if !numbers.iter().all(|x| x.is_finite()) {
         return Err(wrong("the elements of a matrix must be finite"));
@@ -42,7 +42,7 @@ pub fn given(c: &Shared<'_>, i: usize) -> Result<Matrix> {
     Ok(Matrix::from_row_slice(rows, numbers.len() / rows, &numbers))
 }
 
-/// Returns a matrix to the script.
+/// Sets the result of a call to the elements of a matrix, row by row.
 pub fn give(c: &mut Shared<'_>, m: &Matrix) -> Result {
     let by_rows = m.transpose();
     if !by_rows.iter().all(|x| x.is_finite()) {

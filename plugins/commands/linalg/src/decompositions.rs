@@ -10,17 +10,17 @@ type Made<T> = Result<T, String>;
 const ITERATIONS: usize = 10_000;
 /// Maximum 1-norm of a matrix whose exponential is computed.
 const GREATEST: f64 = 1000.0;
-/// Singular values below this fraction of the greatest count as 0.
+/// Fraction of the greatest singular value below which singular values are treated as 0.
 const TINY: f64 = 1e-12;
 
 fn square(m: &Matrix) -> Made<()> {
     if m.is_square() { Ok(()) } else { Err(format!("expected a square matrix, found {} x {}", m.nrows(), m.ncols())) }
 }
 
-/// Solves a x = b; if `a` has more rows than columns, in the least-squares sense.
+/// Solves a x = b, in the least-squares sense if `a` has more rows than columns.
 pub fn solve(a: &Matrix, b: &Matrix) -> Made<Matrix> {
     if a.nrows() != b.nrows() {
-        return Err(format!("{} equations with {} right-hand sides: expected equal numbers", a.nrows(), b.nrows()));
+        return Err(format!("{} equations have {} right-hand sides: expected one for each", a.nrows(), b.nrows()));
     }
     if a.nrows() < a.ncols() {
         let [rows, columns] = [a.nrows(), a.ncols()];
@@ -47,7 +47,7 @@ pub fn inverse(m: &Matrix) -> Made<Matrix> {
     inverse.ok_or_else(|| "the matrix is singular: it has no inverse".into())
 }
 
-/// Returns the Moore-Penrose inverse, in which singular values below 1e-12 times the greatest count as 0.
+/// Returns the Moore-Penrose inverse; singular values below 1e-12 times the greatest one are treated as 0.
 pub fn pseudo_inverse(m: &Matrix) -> Made<Matrix> {
     let most = m.clone().singular_values().max();
     m.clone().pseudo_inverse(TINY * most).map_err(str::to_owned)
@@ -56,10 +56,10 @@ pub fn pseudo_inverse(m: &Matrix) -> Made<Matrix> {
 /// Returns the exponential of a square matrix.
 pub fn exponential(m: &Matrix) -> Made<Matrix> {
     square(m)?;
-    // A larger norm needs more squarings, without a bound, and each squaring loses precision.
+    // The number of squarings grows with the norm, and each squaring loses precision.
     let norm = m.column_iter().map(|c| c.lp_norm(1)).fold(0.0, f64::max);
     if norm > GREATEST {
-        return Err(format!("the norm of the matrix must be at most {GREATEST}, but it is {norm:e}"));
+        return Err(format!("the 1-norm of the matrix must be at most {GREATEST}, but it is {norm:e}"));
     }
     Ok(m.exp())
 }
@@ -78,7 +78,7 @@ pub fn determinant(m: &Matrix) -> Made<f64> {
     Ok(m.determinant())
 }
 
-/// Returns the real and the imaginary parts of the eigenvalues, in ascending order of the real parts.
+/// Returns the real and the imaginary parts of the eigenvalues of a square matrix, by ascending real part.
 pub fn eigenvalues(m: &Matrix) -> Made<(Vec<f64>, Vec<f64>)> {
     square(m)?;
     let schur = nalgebra::linalg::Schur::try_new(m.clone(), f64::EPSILON, ITERATIONS);

@@ -34,7 +34,7 @@ fn products(offer: &mut Offer<Linalg>) {
             let (a, b) = (given(c, 0)?, given(c, 2)?);
             if a.ncols() != b.nrows() {
                 let text = format!("a has {} columns and b has {} rows", a.ncols(), b.nrows());
-                return Err(Fail::argument(format!("{text}: expected equal numbers to multiply them")));
+                return Err(Fail::argument(format!("{text}, but a product requires equal numbers")));
             }
             give(c, &(a * b))
         })
@@ -57,7 +57,7 @@ fn products(offer: &mut Offer<Linalg>) {
         .param(matrix("b"))
         .param(rows("b_rows"))
         .returns(Param::floats("x", 0).text("by rows"))
-        .text("Solves a x = b; if a has more rows than columns, in the least-squares sense.")
+        .text("Solves a x = b, in the least-squares sense if a has more rows than columns.")
         .example("local x = linalg.solve({2, 0, 0, 4}, 2, {2, 2}, 2)\nassert(x[1] == 1 and x[2] == 0.5)"),
     );
 }
@@ -83,7 +83,7 @@ fn of_one(offer: &mut Offer<Linalg>) {
         (
             "pseudoInverse",
             decompositions::pseudo_inverse,
-            "Returns the Moore-Penrose inverse; singular values below 1e-12 times the greatest count as 0.",
+            "Returns the Moore-Penrose inverse; singular values below 1e-12 times the greatest one are treated as 0.",
             "m = linalg.pseudoInverse({1, 1}, 2)",
         ),
     ];

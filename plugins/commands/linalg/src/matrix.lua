@@ -1,4 +1,4 @@
--- Matrices with operators. Elements are stored row by row; indices begin at 1.
+-- Matrices with operators. Elements are stored row by row; indices start at 1.
 local Matrix, module = {}, {}
 Matrix.__index = Matrix
 
@@ -41,7 +41,7 @@ function Matrix.__sub(a, b)
 end
 function Matrix.__unm(a) return scaled(a, -1) end
 function Matrix.__div(a, b)
-    if type(b) ~= 'number' then error('a matrix is divided by a number; to solve equations: a:solve(b)', 2) end
+    if type(b) ~= 'number' then error('a matrix can only be divided by a number; to solve equations, use a:solve(b)', 2) end
     return scaled(a, 1 / b)
 end
 function Matrix.__mul(a, b)
@@ -78,7 +78,7 @@ local function index(m, i, j)
     return (i - 1) * m.ncols + j
 end
 
--- Returns the element in row i and column j; of a vector, j may be omitted.
+-- Returns the element in row i and column j. For a vector, i is the index of the element if j is omitted.
 function Matrix:get(i, j)
     if j == nil then
         if self.nrows == 1 then i, j = 1, i else j = 1 end
@@ -89,7 +89,7 @@ function Matrix:set(i, j, x)
     if x == nil then
         if self.nrows == 1 then i, j, x = 1, i, j else j, x = 1, j end
     end
-    if type(x) ~= 'number' then error('an element of a matrix is a number, found a ' .. type(x), 2) end
+    if type(x) ~= 'number' then error('an element of a matrix must be a number, found a ' .. type(x), 2) end
     self.values[index(self, i, j)] = x
     return self
 end
@@ -103,7 +103,7 @@ function Matrix:col(j)
     for i = 1, self.nrows do data[i] = self:get(i, j) end
     return new(self.nrows, 1, data)
 end
--- Copies another matrix into this one; its first element is stored in row i, column j.
+-- Copies another matrix into this one, with its first element in row i, column j.
 function Matrix:assign(i, j, other)
     other = matrix_of(other)
     for r = 1, other.nrows do
@@ -146,7 +146,7 @@ Matrix.pinv = made('pseudoInverse')
 Matrix.exp = made('exponential')
 Matrix.cholesky = made('cholesky')
 function Matrix:det() return linalg.determinant(self.values, self.nrows) end
--- Returns x such that self * x = b; a list of numbers b is a column.
+-- Returns x such that self * x = b; a list of numbers is treated as a column.
 function Matrix:solve(b)
     b = matrix_of(b)
     return new(self.ncols, b.ncols, linalg.solve(self.values, self.nrows, b.values, b.nrows))
@@ -169,7 +169,7 @@ local function check_size(rows, columns)
         end
     end
     if rows > MOST or columns > MOST or rows * columns > MOST then
-        error(string.format('a matrix may have at most %d elements, found %d x %d', MOST, rows, columns), 3)
+        error(string.format('a matrix can have at most %d elements, found %d x %d', MOST, rows, columns), 3)
     end
 end
 
@@ -221,7 +221,7 @@ return setmetatable(module, {
             end
             return new(first, columns, numbers_of(data, #data))
         end
-        if type(first) ~= 'table' or #first == 0 then error('expected rows: {{1, 2}, {3, 4}}', 2) end
+        if type(first) ~= 'table' or #first == 0 then error('expected a list of rows, such as {{1, 2}, {3, 4}}', 2) end
         if type(first[1]) ~= 'table' then return module.vector(first) end
         check_size(#first, #first[1])
         local numbers = {}

@@ -1,7 +1,7 @@
 //! Sockets for scripts: `require 'socket'` provides the interface of LuaSocket.
 //!
-//! - `sockets`: numbered sockets, on top of the standard library; `permission`: the addresses that a run may reach;
-//! - `look`: records the results of external accesses as inputs of the run;
+//! - `sockets`: numbered sockets, built on the standard library; `permission`: the addresses that a run may access;
+//! - `look`: checks permissions and records the results of network and clock access as inputs of the run;
 //! - `streams`, `datagrams`, `clock`: commands for TCP, UDP, and host names and time; `socket.lua`: LuaSocket's
 //!   objects, built on the commands.
 
@@ -55,7 +55,7 @@ impl PerWorld for LuaSocket {
     /// numbers are not reused.
     fn save(open: &Open) -> Result<Vec<u8>> {
         let sockets =
-            open.sockets.try_borrow().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its sockets are in use"))?;
+            open.sockets.try_borrow().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "a command is using the sockets"))?;
         Ok(sockets.last.to_le_bytes().to_vec())
     }
     fn load(open: &Open, bytes: &[u8], version: u32) -> Result<()> {
@@ -63,8 +63,10 @@ impl PerWorld for LuaSocket {
         let last = last.ok_or_else(|| {
             Fail::unsupported("the saved state has an unknown format; another version of the plugin may have saved it")
         })?;
-        let mut sockets =
-            open.sockets.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its sockets are in use"))?;
+        let mut sockets = open
+            .sockets
+            .try_borrow_mut()
+            .map_err(|_| Fail::with_code(TATU_ERR_BUSY, "a command is using the sockets"))?;
         *sockets = Sockets::default();
         sockets.last = last;
         Ok(())

@@ -19,13 +19,13 @@ pub(crate) type Ctx<'a> = Call<'a, LuaSocket>;
 
 /// Kind of this plugin's entries in the input log.
 const KIND: &str = "socket";
-/// Commands whose first result is the number of a socket.
+/// Commands whose first result is the number of a new socket.
 const OPENS: [&str; 4] = ["luasocket.connect", "luasocket.listen", "luasocket.accept", "luasocket.bindDatagrams"];
 
 pub(crate) fn text(text: impl AsRef<str>) -> Value {
     Value::text(text.as_ref())
 }
-/// Converts an error to the return values nil and message.
+/// Converts an error to the return values nil and a message.
 pub(crate) fn wrong(e: &io::Error) -> Vec<Value> {
     vec![Value::Nil, text(words(e))]
 }
@@ -37,19 +37,23 @@ pub(crate) fn place(at: SocketAddr) -> [Value; 2] {
 }
 
 pub(crate) fn open<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Sockets>> {
-    c.instance().sockets.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the sockets are in use"))
+    c.instance()
+        .sockets
+        .try_borrow_mut()
+        .map_err(|_| Fail::with_code(TATU_ERR_BUSY, "another command is using the sockets"))
 }
 
-/// Returns the addresses that the user allows by `--allow net=...`, separated by commas.
+/// Returns the permissions that the user granted with `--allow`, separated by commas.
 pub(crate) fn allowed(c: &Ctx<'_>) -> Result<String> {
     Ok(c.world().get(0, c.plugin().allow)?.as_str().unwrap_or_default().into_owned())
 }
 
-/// Resolves argument `i` (a host) and the argument after it (a port), if the run may reach that address.
+/// Resolves argument `i`, a host, and the argument after it, a port. The inner result is an error if the host is
+/// unknown or the run may not access the address.
 pub(crate) fn address(c: &Ctx<'_>, i: usize) -> Result<io::Result<SocketAddr>> {
     let (host, port) = (c.text(i)?, port(c, i + 1)?);
     let allowed = allowed(c)?;
-    // Resolving a host name is already network access, so it requires a permission, too.
+    // Resolving a host name is network access, so it requires a permission.
     let found = if permission::any(&allowed) { addresses(&host, port) } else { Ok(Vec::new()) };
     let found = match found {
         Ok(found) => found,
@@ -74,8 +78,8 @@ pub(crate) fn port(c: &Ctx<'_>, i: usize) -> Result<u16> {
     number.map(|n| n as u16).ok_or_else(|| Fail::argument(format!("argument {}: expected a port, 0 to 65535", i + 1)))
 }
 
-/// Runs `look` and records its result in the input log; in a replay, returns the recorded result instead. The values
-/// are those that the command returns.
+/// Runs `look` and records its result in the input log. In a replay, returns the recorded result instead. The result is
+/// the list of values that the command returns.
 pub(crate) fn observe(
     c: &Ctx<'_>,
     name: &str,
@@ -104,7 +108,7 @@ pub(crate) fn observe(
     }
     let found = found.iter().map(json::read).collect::<Result<Vec<_>>>()?;
     if let Some(Value::Int(n)) = found.first().filter(|_| OPENS.contains(&name)) {
-        // A replay opens no sockets, but must number them like the recorded run.
+        // A replay does not open sockets, but must assign the same numbers as the recorded run.
         let mut sockets = open(c)?;
         sockets.last = sockets.last.max(*n);
     }
@@ -130,7 +134,7 @@ pub(crate) fn socket() -> Param {
     Param::int("socket").text("its number")
 }
 pub(crate) fn timeout() -> Param {
-    Param::float("timeout").unit("s").text("negative: forever")
+    Param::float("timeout").unit("s").text("negative: no limit")
 }
 pub(crate) fn failure() -> Param {
     Param::string("error").optional().text("as in LuaSocket: timeout, closed, connection refused")

@@ -1,9 +1,9 @@
-//! Addresses that the user allows a run to reach: `--allow net=HOST:PORT`.
+//! Addresses that the user allows a run to access, with `--allow net=HOST:PORT`.
 
 use std::net::SocketAddr;
 
-/// Returns whether `at` is allowed; `host` is its host name as written in the script. A `*` in `allowed` matches any
-/// host or port.
+/// Returns whether access to `at` is allowed; `host` is the host name in the script. In `allowed`, `*` matches any host
+/// or port.
 pub fn allows(allowed: &str, host: &str, at: SocketAddr) -> bool {
     places(allowed).any(|(h, p)| {
         let host = h == "*" || h == host || h == at.ip().to_string();

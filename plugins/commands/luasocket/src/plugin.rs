@@ -6,7 +6,7 @@ use tatu_plugin_api::safe::Prop;
 
 use crate::sockets::Sockets;
 
-/// The plugin: the properties with the permissions, the clock and the start date of a run.
+/// The plugin, with the properties that contain the permissions, the clock and the start date of a run.
 pub struct LuaSocket {
     pub(crate) allow: Prop,
     pub(crate) clock: Prop,
@@ -17,6 +17,6 @@ pub struct LuaSocket {
 #[derive(Default)]
 pub struct Open {
     pub(crate) sockets: RefCell<Sockets>,
-    /// Whether a denied access has been reported already; only the first one is.
+    /// Whether a denied access has been reported. Only the first one is reported.
     pub(crate) told: Cell<bool>,
 }

@@ -1,4 +1,4 @@
-//! Numbered sockets, on top of the standard library. Blocking calls check regularly whether the run is about to end.
+//! Numbered sockets, built on the standard library. Blocking calls check regularly whether the run is about to end.
 
 use std::{
     collections::BTreeMap,
@@ -16,10 +16,10 @@ const LOOK: Duration = Duration::from_millis(1);
 const LEAST_CONNECT: Duration = Duration::from_millis(20);
 /// Longest timeout of a connection attempt, used where the script sets no limit.
 const MOST_CONNECT: Duration = Duration::from_secs(120);
-/// Bytes per read from the operating system; the same as in LuaSocket.
+/// Number of bytes per read from the operating system, as in LuaSocket.
 const BUFFER: usize = 8192;
 
-/// A connection, and the bytes that it has received but that no call has read yet.
+/// A connection, with a buffer of received bytes that no call has read yet.
 pub struct Stream {
     stream: TcpStream,
     buffer: Vec<u8>,
@@ -29,7 +29,7 @@ pub struct Stream {
 pub enum Socket {
     /// A TCP connection.
     Stream(Stream),
-    /// A TCP listener, and a connection that `select` has already accepted.
+    /// A TCP listener, and a connection that `select` has accepted but `accept` has not returned yet.
     Listener(TcpListener, Option<TcpStream>),
     /// A UDP socket.
     Datagram(UdpSocket),
@@ -39,8 +39,8 @@ pub enum Socket {
 #[derive(Default)]
 pub struct Sockets {
     all: BTreeMap<i64, Socket>,
-    /// The last number that was assigned. Numbers are not reused, so a number that a script stored before a restore
-    /// never refers to a different socket.
+    /// The last number that was assigned. Numbers are not reused, so a number that a script stored before the world was
+    /// restored never refers to a different socket.
     pub last: i64,
 }
 
@@ -51,8 +51,8 @@ pub struct Patience<'a> {
 }
 
 impl<'a> Patience<'a> {
-    /// Creates a deadline `seconds` from now, or none if `seconds` is negative. `ends` returns whether the run is about
-    /// to end.
+    /// Creates a deadline `seconds` from now; a negative number means no deadline. `ends` returns whether the run is
+    /// about to end.
     pub fn new(seconds: f64, ends: &'a dyn Fn() -> bool) -> Self {
         let end = (seconds >= 0.0).then(|| Instant::now() + Duration::from_secs_f64(seconds.min(1e6)));
         Patience { end, ends }
@@ -93,9 +93,9 @@ impl<'a> Patience<'a> {
 pub enum Want {
     /// A line up to a line feed; the line feed and all carriage returns are removed.
     Line,
-    /// Everything, until the other end closes.
+    /// All bytes until the peer closes the connection.
     All,
-    /// This many bytes.
+    /// A number of bytes.
     Count(usize),
 }
 
@@ -166,7 +166,7 @@ impl Socket {
         Ok(Socket::Stream(Stream { stream, buffer: Vec::new() }))
     }
 
-    /// Returns whether the socket can be read (or written, if `write` is set) without blocking.
+    /// Returns whether the socket can be written, if `write` is true, or read without blocking.
     fn is_ready(&mut self, write: bool) -> bool {
         let would_block = |r: io::Result<usize>| matches!(r, Err(e) if e.kind() == ErrorKind::WouldBlock);
         match self {
@@ -227,7 +227,7 @@ impl Stream {
 }
 
 impl Sockets {
-    /// Stores a socket under a new number, which it returns.
+    /// Stores a socket and returns its new number.
     pub fn keep(&mut self, socket: Socket) -> i64 {
         self.last += 1;
         self.all.insert(self.last, socket);
@@ -264,7 +264,7 @@ impl Sockets {
         };
         Ok(self.keep(Socket::connected(stream)?))
     }
-    /// Receives from a connection into `out`, which also holds the bytes received before an error.
+    /// Appends the bytes received from a connection to `out`, including those received before an error.
     pub fn receive(&mut self, n: i64, want: Want, out: &mut Vec<u8>, patience: &Patience<'_>) -> io::Result<()> {
         if matches!(want, Want::Count(count) if count > 0 && out.len() >= count) {
             return Ok(());
@@ -288,7 +288,7 @@ impl Sockets {
         bytes.truncate(count);
         Ok((bytes, from))
     }
-    /// Sends bytes; returns how many were sent, and the error that stopped the transfer.
+    /// Sends bytes. Returns the number of bytes sent, and the error that stopped the transfer, if any.
     pub fn send(&mut self, n: i64, bytes: &[u8], patience: &Patience<'_>) -> (usize, io::Result<()>) {
         if let Ok(socket) = self.datagram(n) {
             let done = patience.until(|| socket.send(bytes));
@@ -312,11 +312,11 @@ impl Sockets {
             let _ = s.stream.shutdown(how);
         }
     }
-    /// Returns whether the receive buffer holds bytes that no call has returned yet.
+    /// Returns whether the receive buffer contains bytes that no call has returned yet.
     pub fn is_dirty(&mut self, n: i64) -> bool {
         self.stream(n).is_ok_and(|s| !s.buffer.is_empty())
     }
-    /// Returns the local address of a socket, or its peer's address if `peer` is set.
+    /// Returns the local address of a socket, or the address of its peer if `peer` is true.
     pub fn name(&self, n: i64, peer: bool) -> io::Result<SocketAddr> {
         let unconnected = || io::Error::other("Transport endpoint is not connected");
         match self.all.get(&n) {
@@ -337,8 +337,8 @@ impl Sockets {
             _ => Ok(()),
         }
     }
-    /// Waits until at least one socket of `read` can be read or one of `write` can be written; returns those that can.
-    /// Sockets with buffered bytes come first.
+    /// Waits until at least one socket of `read` can be read or one of `write` can be written, and returns the ready
+    /// sockets of both lists. Sockets with buffered bytes come first.
     pub fn select(&mut self, read: &[i64], write: &[i64], patience: &Patience<'_>) -> [Vec<i64>; 2] {
         loop {
             let mut pick = |list: &[i64], write: bool| {

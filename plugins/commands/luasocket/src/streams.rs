@@ -10,8 +10,8 @@ use crate::{
     sockets::{self, Patience, Want, words},
 };
 
-/// Delay after a refused connection attempt of a script thread, which then resumes in the next step. A program that has
-/// just been started needs some time until it listens, and scripts retry immediately.
+/// Wall-clock delay after a refused connection attempt of a script thread, which then resumes in the next step. A
+/// program that has just been started needs some time before it listens, but scripts retry immediately.
 const REFUSED: Duration = Duration::from_millis(20);
 
 fn connect(c: &mut Ctx<'_>) -> Result<Outcome> {
@@ -66,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             .param(timeout())
             .returns(Param::int("socket").optional().text("its number"))
             .returns(failure())
-            .text("Opens a TCP connection. If it is refused, a calling thread resumes in the next step.")
+            .text("Opens a TCP connection. If it is refused, a thread that calls this resumes in the next step.")
             .example("local n, e = luasocket.connect('127.0.0.1', 9, 1)\nassert(not n and e == 'permission denied')"),
     );
     offer.command(
@@ -103,13 +103,13 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             })
         })
         .param(socket())
-        .param(Param::any("what").text("\"*l\": a line; \"*a\": all until the other end closes; or a number of bytes"))
+        .param(Param::any("what").text("\"*l\": a line; \"*a\": all bytes until the peer closes; or a number of bytes"))
         .param(Param::string("prefix").text("data that was received before"))
         .param(timeout())
         .returns(Param::string("data").optional())
         .returns(failure())
         .returns(Param::string("partial").optional().text("data received before the error"))
-        .text("Receives over a connection.")
+        .text("Receives data from a connection.")
         .example("local data, e, part = luasocket.receive(0, '*l', '', 0)\nassert(e == 'closed' and part == '')"),
     );
     offer.command(
@@ -124,7 +124,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         .param(timeout())
         .returns(Param::int("sent").unit("B"))
         .returns(failure())
-        .text("Sends over a connection.")
+        .text("Sends data over a connection.")
         .example("local sent, e = luasocket.send(0, 'x', 0)\nassert(sent == 0 and e == 'closed')"),
     );
     offer.command(
@@ -145,7 +145,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             Ok(or_wrong(s.name(c.i64(0)?, c.arg(1).truthy()).map(|at| place(at).to_vec())))
         })
         .param(socket())
-        .param(Param::bool("peer").text("true: the address of the other end"))
+        .param(Param::bool("peer").text("true: the address of the peer"))
         .returns(Param::string("address").optional())
         .returns(Param::any("port").optional().text("or an error"))
         .text("Returns the address of a socket.")
@@ -155,14 +155,14 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         command("luasocket.isDirty", |c, s, _| Ok(vec![Value::Bool(s.is_dirty(c.i64(0)?))]))
             .param(socket())
             .returns(Param::bool("dirty"))
-            .text("Returns whether received bytes are buffered that no call has returned yet.")
+            .text("Returns whether the receive buffer contains bytes that no call has returned yet.")
             .example("assert(not luasocket.isDirty(0))"),
     );
     closing(offer);
 }
 
-/// Adds the command that closes a socket. Its calls are not recorded as inputs: a replay has no open sockets, so the
-/// command has no effect there.
+/// Adds the command that closes a socket. Its calls are not recorded as inputs, because a replay has no open sockets
+/// that it could close.
 fn closing(offer: &mut Offer<LuaSocket>) {
     offer.command(
         Command::new("luasocket.close", |c| {

@@ -16,18 +16,18 @@ use std::{
     time::Duration,
 };
 
-/// File name under which scripts start the program.
+/// File name of the program as written in scripts.
 pub const NAME: &str = "bubbleRobServer";
 const HEADER: [u8; 2] = [59, 57];
 /// Forward speed of the wheels, rad/s.
 const SPEED: f32 = 7.0;
 /// Duration of the backward motion after a detection, s.
 const BACK: f32 = 3.0;
-/// Interval at which the server checks whether its world still exists.
+/// Interval at which the server checks for connections and whether its world still exists.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Listens on `port` of 127.0.0.1 and serves the first client that connects, until `ends` is set. Returns the port,
-/// which the system chooses if `port` is 0.
+/// Listens on `port` of 127.0.0.1 and serves the first client that connects, until `ends` becomes true. Returns the
+/// port; the operating system chooses it if `port` is 0.
 pub fn serve(port: u16, ends: Arc<AtomicBool>) -> io::Result<u16> {
     let listener = TcpListener::bind(("127.0.0.1", port))?;
     let port = listener.local_addr()?.port();
@@ -36,7 +36,7 @@ pub fn serve(port: u16, ends: Arc<AtomicBool>) -> io::Result<u16> {
         while !ends.load(Ordering::Relaxed) {
             match listener.accept() {
                 Ok((stream, _)) => {
-                    // Any error ends the connection, which the script notices.
+                    // Any error closes the connection, which the script can detect.
                     let _ = answer(stream, &ends);
                     return;
                 }
@@ -127,7 +127,7 @@ mod tests {
             stream.read_exact(&mut answer).unwrap();
             assert_eq!(answer.to_vec(), hex(&format!("3b 39 08 00 00 00 {expected}")), "{data}");
         }
-        // A message may be split into two packets, and may arrive byte by byte.
+        // A message can be split into two packets, and can arrive byte by byte.
         for byte in hex("3b 39 04 00 01 00 00 00 00 00 3b 39 04 00 00 00 00 00 a0 40") {
             stream.write_all(&[byte]).unwrap();
         }

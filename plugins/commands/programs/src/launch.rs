@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Programs>) {
                 None if c.has(1) => c.text(1)?,
                 None => String::new(),
             };
-            // A replay does not start the program again, but must return the recorded result, because scripts branch on
+            // A replay does not start the program, but must return the recorded result, because scripts can depend on
             // it.
             let started = c.world().observe(KIND, || if launch(c, &file, &args) { "1".into() } else { "-1".into() })?;
             c.ret(if started == "1" { 1i64 } else { -1 });
@@ -40,8 +40,8 @@ pub(crate) fn offer(offer: &mut Offer<Programs>) {
             Param::string("file")
                 .text("a file in the folder of the scene, or a path; `@name`: a command of the operating system"),
         )
-        .param(Param::any("args").optional().text("a text that is split at spaces, or a number"))
-        .param(Param::int("show").optional().text("without effect"))
+        .param(Param::any("args").optional().text("a string that is split at spaces, or a number"))
+        .param(Param::int("show").optional().text("ignored"))
         .returns(Param::int("result").text("1; -1: the program was not started"))
         .text(
             "Starts a program without waiting for it, if the run is permitted to: `--allow exec`. If `bubbleRobServer` \

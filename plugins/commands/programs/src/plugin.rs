@@ -7,7 +7,7 @@ use std::sync::{
 
 use tatu_plugin_api::safe::Prop;
 
-/// The plugin: the properties that determine what a script may start.
+/// The plugin, with the properties that determine which programs a script may start.
 pub struct Programs {
     pub(crate) allow: Prop,
     pub(crate) file: Prop,

@@ -11,8 +11,8 @@ use crate::{
 /// The actions that `tatu.actOnWindow` accepts.
 const WHAT: &[&str] = &["click", "change", "close", "link", "select"];
 
-/// Calls the script function that a widget names for an event, with the window's number and the widget's id as the
-/// first arguments.
+/// Calls the script function that a widget declares for an event. Its first arguments are the number of the window and
+/// the id of the widget.
 fn call(c: &Ctx<'_>, (window, n): (i64, usize), event: &str, rest: &[Json]) -> Result {
     let (script, id, function) = {
         let mut all = all(c)?;
@@ -32,7 +32,7 @@ fn call(c: &Ctx<'_>, (window, n): (i64, usize), event: &str, rest: &[Json]) -> R
     c.world().call_function(script, &function, &args).map(|_| ())
 }
 
-/// Calls the script function that a widget names in `on-change`.
+/// Calls the script function that a widget declares in `on-change`.
 pub(crate) fn call_back(c: &Ctx<'_>, at: (i64, usize), rest: &[Json]) -> Result {
     call(c, at, "on-change", rest)
 }
@@ -43,12 +43,12 @@ fn act(c: &mut Ctx<'_>) -> Result {
     let element = {
         let mut all = all(c)?;
         let of = all.of(window)?;
-        let n = usize::try_from(n).ok().filter(|n| *n < of.nodes.len());
-        let n = n.ok_or_else(|| Fail::missing("the window has no widget with this index"))?;
+        let found = usize::try_from(n).ok().filter(|n| *n < of.nodes.len());
+        let n = found.ok_or_else(|| Fail::missing(format!("the window has no widget with the index {n}")))?;
         let mut at = Some(n);
         while let Some(n) = at {
             if of.nodes[n].values.get("enabled") == Some(&json!(false)) {
-                return Err(Fail::argument("the widget is not enabled"));
+                return Err(Fail::argument("the widget is disabled, or is inside a disabled widget"));
             }
             at = of.nodes[n].above;
         }
@@ -77,7 +77,10 @@ fn act(c: &mut Ctx<'_>) -> Result {
             call(c, at, "on-click", &[])
         }
         ("change", "hslider" | "vslider" | "spinbox") => {
-            let x = given.as_f64().filter(|x| x.is_finite()).ok_or_else(|| Fail::argument("expected a number"))?;
+            let x = given
+                .as_f64()
+                .filter(|x| x.is_finite())
+                .ok_or_else(|| Fail::argument("argument 4: expected a finite number"))?;
             let limit = |key: &str, or: f64| Ok::<f64, Fail>(get(c, at, key)?.as_f64().unwrap_or(or));
             let x = x.max(limit("minimum", f64::MIN)?).min(limit("maximum", f64::MAX)?);
             let whole = element != "spinbox" || get(c, at, "float")? != json!(true);
@@ -91,33 +94,33 @@ fn act(c: &mut Ctx<'_>) -> Result {
             call(c, at, "on-change", &[x])
         }
         ("change", "edit") => {
-            let x = json!(given.as_str().ok_or_else(|| Fail::argument("expected a text"))?);
+            let x = json!(given.as_str().ok_or_else(|| Fail::argument("argument 4: expected a string"))?);
             set(c, at, &[("value", x.clone())])?;
             call(c, at, "on-change", std::slice::from_ref(&x))?;
             call(c, at, "on-editing-finished", &[x])
         }
         ("change", "combobox" | "tabs") => {
-            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected an index, counted from 0"))?);
+            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("argument 4: expected an index"))?);
             set(c, at, &[(if element == "tabs" { "current" } else { "index" }, x.clone())])?;
             call(c, at, "on-change", &[x])
         }
         ("select", "tree") => {
-            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected a row number"))?);
+            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("argument 4: expected the index of a row"))?);
             set(c, at, &[("selected", x.clone())])?;
             call(c, at, "on-selection-change", &[x])
         }
         ("link", "label") => {
-            let link = json!(given.as_str().ok_or_else(|| Fail::argument("expected a link"))?);
+            let link = json!(given.as_str().ok_or_else(|| Fail::argument("argument 4: expected a string"))?);
             call(c, at, "on-link-activated", &[link])
         }
         ("close", "ui") => {
             if get(c, at, "closeable")? != json!(true) {
-                return Err(Fail::argument("the window cannot be closed"));
+                return Err(Fail::argument("users cannot close this window: its attribute `closeable` is not true"));
             }
             set(c, at, &[("visible", json!(false))])?;
             call(c, at, "on-close", &[])
         }
-        _ => Err(Fail::argument(format!("a widget <{element}> has no action `{what}`"))),
+        _ => Err(Fail::argument(format!("a widget <{element}> does not support the action `{what}`"))),
     }
 }
 

@@ -28,7 +28,7 @@ struct Field {
     holds: Holds,
     gets: bool,
     text: &'static str,
-    /// Element and sample value for the generated example.
+    /// Element and value in the generated example.
     element: &'static str,
     sample: &'static str,
 }
@@ -54,7 +54,7 @@ const FIELDS: &[Field] = &[
     field("Text", &["text-browser"], ("text", Text, true), "text of a text browser", ("text-browser", "'two lines'")),
     field("EditValue", &["edit"], ("value", Text, true), "text of an edit field", ("edit", "'0.5'")),
     field("SliderValue", &["hslider", "vslider"], ("value", Int, true), "value of a slider", ("hslider", "40")),
-    field("SpinboxValue", &["spinbox"], ("value", Float, true), "number of a spin box", ("spinbox", "2.0")),
+    field("SpinboxValue", &["spinbox"], ("value", Float, true), "value of a spin box", ("spinbox", "2.0")),
     field(
         "CheckboxValue",
         &["checkbox"],
@@ -108,7 +108,7 @@ fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
         Float => json!(c.f64(2)?),
     };
     set(c, at, &[(f.key, value.clone())])?;
-    // A change made by a script triggers the callback only if the script requests it by `suppressEvents = false`.
+    // A change by a script calls the callback only if the script passes `suppressEvents = false`.
     if c.has(3) && !c.arg(3).truthy() && f.gets {
         acts::call_back(c, at, &[value])?;
     }
@@ -150,7 +150,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                     Param::any("suppressEvents")
                         .default(true)
                         .optional()
-                        .text("false: the script's callback is called, too"),
+                        .text("false: also calls the script's callback"),
                 )
                 .returns(Param::int("done"))
                 .text(format!("Sets {}.", phrase(f)))

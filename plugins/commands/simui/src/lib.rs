@@ -26,7 +26,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// The V-REP version from which commands called by old names raise errors instead of returning -1 or nil.
+/// The V-REP version since which commands called by old names raise errors instead of returning -1 or nil.
 const OLD_NAMES_RAISE: &str = "4.2";
 
 impl Plugin for SimUi {
@@ -48,7 +48,7 @@ impl Plugin for SimUi {
             Event::new(window::EVENT)
                 .text("A window was opened, changed or closed.")
                 .field(Param::int("window").text("its number"))
-                .field(Param::string("act").text("the command that reports a user's action on it"))
+                .field(Param::string("act").text("the command that reports a user's action on the window"))
                 .field(
                     Param::list("widgets").optional().text(
                         "opened: a map per widget: element, values, and above (the index of the containing widget)",
@@ -76,8 +76,8 @@ impl PerWorld for SimUi {
 
     const STATE_VERSION: u32 = 1;
     fn save(world: &window::Windows) -> Result<Vec<u8>> {
-        let all = world.0.try_borrow().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its windows are in use"))?;
-        serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("its windows could not be saved: {e}")))
+        let all = world.0.try_borrow().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "a command is using the windows"))?;
+        serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("the windows could not be saved: {e}")))
     }
     fn load(world: &window::Windows, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
@@ -87,8 +87,8 @@ impl PerWorld for SimUi {
             )));
         }
         let all =
-            serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its saved windows are damaged: {e}")))?;
-        *world.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its windows are in use"))? = all;
+            serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("the saved windows are damaged: {e}")))?;
+        *world.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "a command is using the windows"))? = all;
         Ok(())
     }
 }

@@ -60,7 +60,7 @@ fn change(c: &mut Ctx<'_>, key: &str, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>) -
     done(c)
 }
 
-/// Returns the cell of a table in a row and column, if both exist.
+/// Returns the cell in a row and column of a table, or `None` if the table has no such cell.
 fn cells(rows: &mut [Json], row: usize, column: usize) -> Option<&mut Json> {
     let Json::Array(cells) = rows.get_mut(row)? else { return None };
     cells.get_mut(column)
@@ -81,7 +81,7 @@ const TREE: &str =
 struct Adds<'a>(&'a mut Offer<SimUi>);
 
 impl Adds<'_> {
-    /// Adds a command that changes the widget named by its first two arguments.
+    /// Adds a command that changes the widget identified by its first two arguments.
     fn set(&mut self, name: &str, params: &[Param], text: &str, example: String, f: fn(&mut Ctx<'_>) -> Result) {
         let mut command = both(name, MINUS, f).param(Param::int("window")).param(Param::any("widget").text("its id"));
         for p in params {
@@ -89,7 +89,7 @@ impl Adds<'_> {
         }
         self.0.command(command.returns(Param::int("done")).text(text).example(example));
     }
-    /// Adds a command that reads from the widget named by its first two arguments.
+    /// Adds a command that reads from the widget identified by its first two arguments.
     fn get(
         &mut self,
         name: &str,
@@ -118,7 +118,7 @@ fn boxes(add: &mut Adds<'_>) {
     let index = || Param::int("index").text("from 0");
     add.set(
         "simUI.setComboboxItems",
-        &[Param::any("items").text("texts"), Param::int("index").default(0).optional()],
+        &[Param::any("items").text("a list of strings"), Param::int("index").default(0).optional()],
         "Sets the entries of a combo box, and selects one of them.",
         format!(
             "{BOX}simUI.setComboboxItems(ui, 1, {{'a', 'b', 'c'}}, 2)\nassert(simUI.getComboboxItemCount(ui, 1) == 3)"
@@ -140,7 +140,7 @@ fn boxes(add: &mut Adds<'_>) {
         |c| {
             change(c, "items", |c, items| {
                 if items.len() >= MOST {
-                    return Err(Fail::argument(format!("a combo box may have at most {MOST} entries")));
+                    return Err(Fail::argument(format!("a combo box can have at most {MOST} entries")));
                 }
                 let at = usize::try_from(c.i64(2)?).unwrap_or(0).min(items.len());
                 items.insert(at, json!(c.text(3)?));
@@ -224,7 +224,7 @@ fn tables(add: &mut Adds<'_>) {
             let at = widget(c)?;
             let (n, mut rows, mut headers) = (count(c, 2)?, list(get(c, at, "rows")?), list(get(c, at, "headers")?));
             if rows.len().saturating_mul(n) > MOST * 10 {
-                return Err(Fail::argument(format!("a table may have at most {} cells", MOST * 10)));
+                return Err(Fail::argument(format!("a table can have at most {} cells", MOST * 10)));
             }
             rows.iter_mut().filter_map(Json::as_array_mut).for_each(|r| r.resize(n, json!("")));
             headers.resize(n, json!(""));
@@ -248,7 +248,7 @@ fn tables(add: &mut Adds<'_>) {
             }
         };
         let (what, n) = if of_rows { ("rows", 2) } else { ("columns", 3) };
-        let text = format!("Counts the {what} of a table.");
+        let text = format!("Returns the number of {what} of a table.");
         add.get(name, &[], Param::int("count"), &text, format!("{TABLE}assert({name}(ui, 1) == {n})"), f);
     }
     add.set(
@@ -312,7 +312,7 @@ fn trees(add: &mut Adds<'_>) {
         |c| {
             change(c, "rows", |c, rows| {
                 if rows.len() >= MOST {
-                    return Err(Fail::argument(format!("a tree may have at most {MOST} items")));
+                    return Err(Fail::argument(format!("a tree can have at most {MOST} items")));
                 }
                 let above = if c.has(4) { c.i64(4)? } else { 0 };
                 rows.push(json!({

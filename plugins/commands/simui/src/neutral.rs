@@ -1,4 +1,4 @@
-//! Commands that are accepted but have no effect, and the constants.
+//! Commands that are accepted but have no effect, and the constants of `simUI`.
 
 use tatu_commands_common::{
     Gives::{self, *},
@@ -58,7 +58,7 @@ const STUBS: &[(&str, Gives, &str)] = &[
     ("simUI.setPropertiesSelection", Nothing, RARE),
 ];
 
-/// Names and numbers of curve markers.
+/// Names and values of the constants for curve markers.
 const SCATTER: &[(&str, i64)] = &[
     ("none", 0),
     ("dot", 1),

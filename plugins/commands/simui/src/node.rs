@@ -6,11 +6,11 @@ use serde_json::{Map, Value as Json};
 /// Values of a widget, by name.
 pub(crate) type Values = Map<String, Json>;
 
-/// An element of a window; the first element of the list is the window itself.
+/// An element of a window. The first node of a window represents the window itself.
 #[derive(Serialize, Deserialize, Clone, Default, Debug)]
 pub(crate) struct Node {
     pub(crate) element: String,
-    /// The id assigned by the script, usually a number; may be empty.
+    /// The id assigned by the script, usually a number; empty if the script did not assign one.
     pub(crate) id: String,
     pub(crate) values: Values,
     pub(crate) above: Option<usize>,

@@ -18,7 +18,7 @@ const MOST_PIXELS: usize = 1 << 21;
 const PLOT: &str =
     "local ui = simUI.create('<ui><plot id=\"1\"/></ui>')\nsimUI.addCurve(ui, 1, 0, 'v', {200, 0, 0}, 1, {})\n";
 
-/// Applies `f` to the curves of a plot; views receive them when the script calls `simUI.replot`.
+/// Applies `f` to the curves of a plot. Views receive the change when the script calls `simUI.replot`.
 fn curves(c: &mut Ctx<'_>, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>, usize) -> Result) -> Result {
     let (window, n) = widget(c)?;
     let mut held = match get(c, (window, n), "curves")? {
@@ -45,7 +45,7 @@ fn points(c: &mut Ctx<'_>, xs: usize) -> Result {
         let (x, y) = (numbers(xs), numbers(xs + 1));
         if x.len() != y.len() {
             return Err(Fail::argument(format!(
-                "{} x values and {} y values: expected equal numbers",
+                "{} x values and {} y values: expected the same number of each",
                 x.len(),
                 y.len()
             )));
@@ -68,7 +68,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         both("simUI.addCurve", MINUS, |c| {
             curves(c, |c, all, _| {
                 if all.len() >= MOST_CURVES {
-                    return Err(Fail::argument(format!("a plot may have at most {MOST_CURVES} curves")));
+                    return Err(Fail::argument(format!("a plot can have at most {MOST_CURVES} curves")));
                 }
                 let name = c.text(3)?;
                 let color: Vec<f64> = c.arg(4).numbers().unwrap_or_else(|| vec![200.0, 0.0, 0.0]);
@@ -153,12 +153,12 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             let pixels = (width.max(0) as usize).saturating_mul(height.max(0) as usize);
             if pixels == 0 || pixels > MOST_PIXELS || data.len() != pixels * 3 {
                 return Err(Fail::argument(format!(
-                    "an image of {width} x {height} pixels needs {} bytes, found {}; at most {MOST_PIXELS} pixels",
+                    "an image of {width} x {height} pixels requires {} bytes, found {}; at most {MOST_PIXELS} pixels",
                     pixels.saturating_mul(3),
                     data.len()
                 )));
             }
-            // JSON text cannot contain bytes, so the event carries the pixels separately, and they are not saved.
+            // JSON cannot contain bytes, so the pixels are published in a separate event and are not saved.
             set(c, at, &[("columns", json!(width)), ("rows", json!(height))])?;
             let map = |entries: [(&str, Value); 4]| Value::Map(entries.map(|(k, v)| (Value::text(k), v)).into());
             let pixels = Value::Map(vec![(Value::text("pixels"), Value::Bytes(data.to_vec()))]);

@@ -10,7 +10,7 @@ use crate::{
     xml,
 };
 
-/// Beginning of the examples: opens a window.
+/// Start of the examples, which opens a window.
 const MADE: &str = "local ui = simUI.create('<ui title=\"Drive\"><label id=\"1\" text=\"slow\"/></ui>')\n";
 
 fn which() -> Param {

@@ -16,7 +16,7 @@ use crate::{
 /// Maximum length of a drawing, in bytes.
 const MOST_BYTES: usize = 4 << 20;
 
-/// Returns a drawing as text. If it is not valid SVG, the text is empty, so that nothing is shown.
+/// Returns the text of a drawing, or an empty string, for which nothing is shown, if it is not valid SVG.
 fn read(bytes: &[u8]) -> Result<String> {
     if bytes.len() > MOST_BYTES {
         return Err(Fail::argument(format!(
@@ -49,7 +49,8 @@ fn read_file(c: &Ctx<'_>, name: &[u8]) -> Result<String> {
     read(&c.world().read_file(name, MOST_BYTES as u64)?)
 }
 
-/// Reads the SVG files that a description names. A file that cannot be read is reported, and its element stays empty.
+/// Reads the SVG files to which a description refers. If a file cannot be read, this is logged, and its element remains
+/// empty.
 pub(crate) fn load(c: &Ctx<'_>, nodes: &mut [Node]) {
     for node in nodes.iter_mut().filter(|n| n.element == "svg") {
         let Some(name) = node.values.get("file").and_then(Json::as_str) else { continue };
@@ -85,9 +86,9 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::int("window"))
             .param(Param::any("svg").text("its id"))
             .param(if from_file {
-                Param::string("file").text("its name, in the folders of the scene and of the run")
+                Param::string("file").text("its name, in the folder of the scene or of the run")
             } else {
-                Param::string("data").text("the drawing as text")
+                Param::string("data").text("the source text of the drawing")
             })
             .returns(Param::int("done"))
             .text("Shows an SVG drawing; if it is invalid, nothing is shown.")

@@ -17,7 +17,7 @@ use crate::{
     plugin::Ctx,
 };
 
-/// Published when a window was opened, changed or closed.
+/// Name of the event that is published when a window was opened, changed or closed.
 pub(crate) const EVENT: &str = "ui.window";
 /// Maximum number of open windows.
 const MOST_WINDOWS: usize = 200;
@@ -45,7 +45,7 @@ impl Window {
     /// Returns the index of the widget with this id.
     pub(crate) fn find(&self, id: &str) -> Result<usize> {
         let found = (0..self.nodes.len()).find(|n| self.nodes[*n].id == id && !id.is_empty());
-        found.ok_or_else(|| Fail::missing(format!("the window has no widget {id}")))
+        found.ok_or_else(|| Fail::missing(format!("the window has no widget with the id {id}")))
     }
     /// Returns the widgets in the form that views receive.
     pub(crate) fn widgets(&self) -> Json {
@@ -57,7 +57,7 @@ impl Window {
 impl All {
     pub(crate) fn add(&mut self, window: Window) -> Result<i64> {
         if self.open.len() >= MOST_WINDOWS {
-            return Err(Fail::new(format!("there are {MOST_WINDOWS} windows already; close some of them first")));
+            return Err(Fail::new(format!("at most {MOST_WINDOWS} windows can be open; close some of them first")));
         }
         self.made += 1;
         self.open.insert(self.made, window);
@@ -70,16 +70,16 @@ impl All {
 
 impl Windows {
     fn all(&self) -> Result<RefMut<'_, All>> {
-        self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the windows are in use"))
+        self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "another command is using the windows"))
     }
-    /// Closes all windows at the end of a run, except those whose script outlives it.
+    /// Closes all windows at the end of a run, except those whose script outlives the run.
     pub(crate) fn end_run(&self, world: &World<'_>) -> Result {
         let scripts: Vec<_> = self.all()?.open.iter().map(|(window, of)| (*window, of.script)).collect();
         for (window, _) in scripts.iter().filter(|(_, script)| !world.outlives_runs(*script)) {
             self.all()?.open.remove(window);
             publish(world, json!({ "window": window, "closed": true }))?;
         }
-        // Numbering restarts, so that the next run numbers its windows like this one.
+        // Restart the numbering, so that the next run assigns the same numbers as this one.
         let mut all = self.all()?;
         all.made = all.open.keys().next_back().copied().unwrap_or(0);
         Ok(())

@@ -8,11 +8,12 @@ use crate::node::Node;
 
 /// Maximum length of a description, in bytes.
 const MOST_BYTES: usize = 1 << 20;
-/// Maximum nesting depth; below, the maximum number of elements.
+/// Maximum nesting depth.
 const MOST_DEPTH: usize = 64;
+/// Maximum number of elements.
 const MOST_NODES: usize = 5000;
 
-/// Attributes with numeric values. Those in `TRUTHS` are booleans, all others texts.
+/// Attributes with numeric values. Those in `TRUTHS` are booleans, and all others are strings.
 const NUMBERS: &[&str] =
     &["minimum", "maximum", "step", "tick-interval", "max-buffer-size", "auto-repeat-interval", "width", "height"];
 const TRUTHS: &[&str] = &[
@@ -51,7 +52,7 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     let text = escaped(text.trim_start());
     let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.as_bytes());
     let (mut nodes, mut open): (Vec<Node>, Vec<usize>) = (Vec::new(), Vec::new());
-    // The content of an `<svg>` widget is stored as text, not parsed into nodes.
+    // The content of an `<svg>` widget is stored as text instead of nodes.
     let mut drawing: Option<Drawing> = None;
     loop {
         let event = reader.next();
@@ -118,7 +119,7 @@ impl Drawing {
         let config = EmitterConfig::new().write_document_declaration(false);
         Drawing { writer: config.create_writer(Vec::new()), depth: 0 }
     }
-    /// Appends an XML event to the drawing; returns whether the drawing is complete.
+    /// Appends an XML event to the drawing, and returns whether the drawing is complete.
     fn take(&mut self, event: &XmlEvent, above: usize, line: u64) -> Result<bool> {
         match event {
             XmlEvent::StartElement { .. } => self.depth += 1,
@@ -127,7 +128,7 @@ impl Drawing {
         }
         if self.depth + above > MOST_DEPTH {
             return Err(Fail::argument(format!(
-                "line {line} of the window: elements may be nested at most {MOST_DEPTH} deep"
+                "line {line} of the window: elements can be nested at most {MOST_DEPTH} levels deep"
             )));
         }
         if let Some(event) = event.as_writer_event() {
@@ -143,7 +144,7 @@ impl Drawing {
 
 fn attribute(node: &mut Node, name: &str, value: String) {
     let name = name.to_ascii_lowercase();
-    // Older scripts write these attribute names as one word, or spell them differently.
+    // Older scripts spell these attribute names differently.
     let name = match name.as_str() {
         "onclick" => "on-click",
         "onchange" => "on-change",
@@ -208,7 +209,7 @@ fn begin(node: &mut Node) {
     }
 }
 
-/// Collects the entries that combo boxes, tables and trees list as child elements into their values.
+/// Moves the entries of combo boxes, tables and trees, which are child elements, into the values of these widgets.
 fn gather(nodes: &mut [Node]) {
     let texts = |nodes: &[Node], n: usize| -> Vec<Json> {
         let items = nodes[n].below.iter().filter(|b| nodes[**b].element == "item");
@@ -243,7 +244,7 @@ fn gather(nodes: &mut [Node]) {
     }
 }
 
-/// Replaces `<` within attribute values by `&lt;`. An unescaped `<` is not valid XML there, but V-REP accepts it.
+/// Replaces `<` in attribute values with `&lt;`. XML does not permit an unescaped `<` in them, but V-REP accepts it.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let (mut rest, mut in_tag, mut quote) = (text, false, None);

@@ -12,9 +12,9 @@ const UNTITLED: &str = "untitled";
 /// Maximum number of scenes named `untitled` in a folder.
 const MOST_UNTITLED: usize = 1000;
 
-/// Executes one call of an edit, a list of the command's name and its arguments.
+/// Executes one call of an edit. `entry` is a list of the command's name and its arguments.
 fn call(c: &Ctx<'_>, entry: &Value) -> Result<Value> {
-    let wrong = || Fail::argument("expected a list of calls, each {name, arguments...}");
+    let wrong = || Fail::argument("argument 2: each call must be a list {name, arguments...}");
     let Value::List(parts) = entry else { return Err(wrong()) };
     let Some((Value::Text(name), args)) = parts.split_first() else { return Err(wrong()) };
     let name = String::from_utf8_lossy(name);
@@ -25,7 +25,7 @@ fn edit(c: &mut Ctx<'_>) -> Result {
     let (label, merge) = (c.text(0)?, if c.has(2) { c.text(2)? } else { String::new() });
     let calls = match c.arg(1).to_value()? {
         Value::List(calls) if !calls.is_empty() => calls,
-        _ => return Err(Fail::argument("expected a list of calls, each {name, arguments...}")),
+        _ => return Err(Fail::argument("argument 2: expected a list of at least one call {name, arguments...}")),
     };
     let results = c.world().edit(&label, &merge, || calls.iter().map(|e| call(c, e)).collect::<Result<Vec<_>>>())?;
     c.ret(Value::List(results));
@@ -52,8 +52,8 @@ fn new_scene(c: &mut Ctx<'_>) -> Result {
         c.ret(String::from_utf8_lossy(&path).into_owned());
         return Ok(());
     }
-    Err(Fail::new(format!("there are already {MOST_UNTITLED} scenes named `{UNTITLED}`"))
-        .help("save them, or remove some"))
+    Err(Fail::new(format!("the folder already contains {MOST_UNTITLED} scenes named `{UNTITLED}`"))
+        .help("save some of them under other names, or remove them"))
 }
 
 fn exists(path: &[u8]) -> bool {
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             .param(Param::any("calls").text("a list of command calls, each `{name, arguments...}`"))
             .param(
                 Param::string("merge").optional().text(
-                    "consecutive edits with the same label and the same text here are undone together, as in a drag",
+                    "consecutive edits with the same label and the same `merge` are undone together, as in a drag",
                 ),
             )
             .returns(Param::any("results").text("a list per call, with its results"))

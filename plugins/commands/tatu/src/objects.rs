@@ -7,8 +7,9 @@ use tatu_plugin_api::{
 
 use crate::plugin::{Cmd, Ctx, Tatu};
 
-/// Default language of a new script; below, its default kind.
+/// Default language of a new script.
 const LANGUAGE: &str = "lua";
+/// Default kind of a new script.
 const KIND: &str = "child";
 
 /// Returns the objects of argument `i`, a list of handles.
@@ -18,7 +19,7 @@ fn objects(c: &Ctx<'_>, i: usize) -> Result<Vec<tatu_object>> {
     numbers.iter().map(|n| Ok(c.world().look(*n as u64)?.id)).collect()
 }
 
-/// Returns the parent that argument `i` names; if it is missing or 0, the world.
+/// Returns the object whose handle is argument `i`, or the world (0) if the argument is missing or 0.
 fn parent(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     match if c.has(i) { c.i64(i)? } else { 0 } {
         0 => Ok(0),
@@ -26,7 +27,7 @@ fn parent(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     }
 }
 
-/// Moves objects by the offset in argument `i`, three lengths in m in the world frame, if it is given.
+/// Moves objects by the offset in argument `i`, if given: three lengths in the world frame, m.
 fn shift(c: &Ctx<'_>, objects: &[tatu_object], i: usize) -> Result {
     if !c.has(i) {
         return Ok(());
@@ -95,8 +96,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
         Cmd::new("tatu.copy", copy)
             .param(Param::list("objects").text("handles; descendants are copied only if they are listed"))
-            .param(Param::int("parent").optional().text("of copies whose own parent is not copied; omitted: the world"))
-            .param(Param::list("by").optional().text("offset of these copies in the world frame: x, y, z, m"))
+            .param(Param::int("parent").optional().text("of copies whose parent is not copied; omitted: the world"))
+            .param(Param::list("by").optional().text("offset of those copies in the world frame: x, y, z, m"))
             .returns(Param::list("copies").text("in the same order"))
             .text("Copies objects with their devices and scripts.")
             .example(

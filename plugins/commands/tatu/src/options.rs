@@ -1,4 +1,4 @@
-//! The command `tatu.options`: the options with which an add-on was started.
+//! The command `tatu.options`, which returns the options with which an add-on was started.
 
 use tatu_plugin_api::{
     abi::*,
@@ -19,7 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             Ok(())
         })
         .param(Param::any("defaults").optional().text("a table of the known options and their default values"))
-        .returns(Param::map("options").text("values of the types of the defaults; without defaults: texts"))
+        .returns(Param::map("options").text("values of the same types as the defaults; without defaults: strings"))
         .text("Returns the options with which the calling script was started: `--addon NAME:KEY=VALUE,KEY=VALUE`.")
         .example(
             "local o = tatu.options{period = 0.5, file = 'out.csv'}\nassert(o.period == 0.5 and o.file == 'out.csv')",
@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     );
 }
 
-/// Returns the options with which the calling script was started, as texts.
+/// Returns the options with which the calling script was started, with strings as values.
 fn given(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
     if c.caller_script() == 0 {
         return Ok(Vec::new());
@@ -38,7 +38,7 @@ fn given(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
     }
 }
 
-/// Returns the defaults, overridden by the given options, which are converted to the type of their default.
+/// Returns the defaults, overridden by the given options. Each option is converted to the type of its default.
 fn merged(defaults: ValueRef<'_>, given: &[(Value, Value)]) -> Result<Vec<(Value, Value)>> {
     let Value::Map(mut out) = defaults.to_value()? else {
         return Err(Fail::argument("argument 1: expected a table with string keys, such as {period = 0.5}"));
@@ -75,7 +75,7 @@ fn converted(default: &Value, text: &[u8]) -> Option<Value> {
             "false" | "no" | "0" => Some(Value::Bool(false)),
             _ => None,
         },
-        // An integer is often just the spelling of a number, so an integer default also accepts a fraction.
+        // An integer default can stand for any number, such as `period = 1`, so it also accepts a fraction.
         Value::Int(_) => {
             let float = || str?.parse().ok().filter(|x: &f64| x.is_finite()).map(Value::Float);
             str?.parse().ok().map(Value::Int).or_else(float)
@@ -89,7 +89,7 @@ fn kind(default: &Value) -> &'static str {
     match default {
         Value::Bool(_) => "true or false",
         Value::Int(_) | Value::Float(_) => "a number",
-        _ => "a text",
+        _ => "a string",
     }
 }
 

@@ -1,4 +1,4 @@
-//! The command `tatu.read`: the last reading of any sensor, by the names of its fields.
+//! The command `tatu.read`, which returns the last reading of any sensor by the names of its fields.
 
 use tatu_plugin_api::{
     abi::*,
@@ -53,7 +53,10 @@ fn read(c: &Shared<'_>) -> Result<Entries> {
     let Some(last) = last else {
         let path = world.get(o.id, world.host().prop("object.path"))?;
         let path = path.as_str().unwrap_or_default().into_owned();
-        return Err(Fail::argument(format!("object {} `{path}` is not a sensor: it has no readings", o.handle())));
+        return Err(Fail::argument(format!(
+            "object {} `{path}` has no readings because it is not a sensor",
+            o.handle()
+        )));
     };
     let mut entries = named(out);
     entries.push((Value::text("time"), Value::Float(last.time())));
@@ -65,7 +68,7 @@ fn read(c: &Shared<'_>) -> Result<Entries> {
     Ok(entries)
 }
 
-/// Returns the fields by their short names; where two fields share a short name, also by their full names.
+/// Returns the fields by their short names. Fields that share a short name are also returned by their full names.
 fn named(fields: Vec<(&str, Value)>) -> Entries {
     let short = |name: &str| name.split_once('.').map_or(name, |(_, short)| short).to_owned();
     let all: Vec<String> = fields.iter().map(|(name, _)| short(name)).collect();
@@ -81,7 +84,7 @@ fn named(fields: Vec<(&str, Value)>) -> Entries {
     out
 }
 
-/// Converts a field to a value for scripts; also returns whether it is packed into a string.
+/// Converts a field to a value for scripts, and returns it with whether it is packed into a string.
 fn value(r: &Reading, dims: [u32; 3]) -> (Value, bool) {
     if dims[1] != 1 || dims[2] != 1 {
         return (Value::Bytes(bytes(r)), true);

@@ -1,6 +1,6 @@
-//! The command `tatu.save`: writes sensor fields to files, as pictures or raw data.
+//! The command `tatu.save`, which writes sensor fields to files as pictures or raw data.
 //!
-//! Sensor images are stored bottom row first, picture files top row first.
+//! Sensor images start with the bottom row, picture files with the top row.
 
 use std::fmt::Display;
 
@@ -84,7 +84,8 @@ fn broken(file: &str, e: impl Display) -> Fail {
     Fail::new(format!("`{file}` cannot be written: {e}"))
 }
 
-/// Converts a field to a picture, if it is an image of 32-bit depths in metres or of three bytes per pixel.
+/// Converts a field to a picture, or returns `None` unless it is an image of 32-bit depths, m, or of three bytes per
+/// pixel.
 fn picture(r: &Reading, [rows, columns, each]: [u32; 3]) -> Option<Picture> {
     let columns = columns as usize;
     if rows == 0 || columns == 0 {

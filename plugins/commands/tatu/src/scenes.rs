@@ -16,7 +16,7 @@ fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
     }
 }
 
-/// Collects `nth(0)`, `nth(1)` and so on into a list, up to the first missing entry.
+/// Collects `nth(0)`, `nth(1)` and so on into a list, up to the first `None`.
 fn list<'a>(
     c: &mut Ctx<'a>,
     nth: impl Fn(&World<'a>, u32) -> tatu_plugin_api::safe::Result<Option<ValueRef<'a>>>,
@@ -90,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .param(Param::int("script").text("a handle: tatu.list('script')"))
         .param(Param::string("text"))
         .text(
-            "Replaces the text of a script between two of its callbacks; variables that the new text also has keep \
+            "Replaces the text of a script between two of its callbacks; variables that the new text contains keep \
              their values. A text that cannot be loaded is rejected, and nothing changes. A script cannot change its \
              own text.",
         )
@@ -102,7 +102,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.world().put_in("key", &key)
         })
         .param(Param::string("key").text("a character, a name such as `up`, or a code"))
-        .text("Presses a key, like `--keys` or a terminal.")
+        .text("Presses a key, as the option `--keys` or a terminal does.")
         .example("tatu.press('up')"),
     );
     offer.command(

@@ -42,7 +42,7 @@ assert(sim.getScriptSimulationParameter(sim.handle_self, 'speed') == 0.5)
 sim.setScriptSimulationParameter(sim.handle_self, 'speed', '0.5')
 assert(sim.getScriptSimulationParameter(sim.handle_self, 'speed', true) == '0.5')
 --- sim.handleChildScripts
--- Only a main script can have other scripts called.
+-- Only a main script can call the callbacks of other scripts.
 assert(sim.handleChildScripts(sim.syscb_actuation) == 0)
 --- sim.handleDynamics
 -- Only a main script can advance physics.

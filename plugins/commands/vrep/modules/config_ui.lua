@@ -1,4 +1,4 @@
--- Configuration window of a model, which never opens: the model uses its saved configuration.
+-- Configuration window of a model. It never opens, so the model always uses its saved configuration.
 
 local nothing = {}
 nothing.__index = function()

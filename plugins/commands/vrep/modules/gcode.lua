@@ -12,7 +12,7 @@ function log(level, text, ...)
     end
 end
 
--- Initial state of each interpreter object; a program changes only its own object.
+-- Initial state of an interpreter. A program changes only the object on which it runs.
 GCodeInterpreter = {
     pathResolution = 150, -- points per m
     multiplier = 0.001,   -- m per unit of the program
@@ -32,7 +32,7 @@ local MOST_OFF = 0.0025
 local NOTHING = 1e-9
 
 local AXES = { X = 1, Y = 2, Z = 3, A = 4, B = 5, C = 6 }
--- Words that need no warning: they belong to a motion or to another word, or are deliberately ignored.
+-- Letters of words that are accepted without a warning: they belong to a motion or to another word, or are ignored.
 local KNOWN = {}
 for letter in ('ABCFIJKPRUVWXYZN'):gmatch('.') do KNOWN[letter] = true end
 
@@ -107,7 +107,7 @@ local function arc(self, line, to, words, clockwise)
     local r0, a0 = polar(from)
     local r1, a1 = polar(to)
     if math.abs(r0 - r1) > MOST_OFF then
-        error(string.format('line %d: an arc starts %.2f mm from its centre, but ends %.2f mm off', line, r0 * 1000,
+        error(string.format('line %d: an arc starts %.2f mm from its centre, but ends %.2f mm from it', line, r0 * 1000,
             r1 * 1000), 0)
     end
     -- An arc that ends at its start point is a full circle.

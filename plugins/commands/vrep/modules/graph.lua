@@ -15,7 +15,7 @@ end
 
 function graph.init() end
 
--- Records a sample; without a time, the sample has the time of the end of the step.
+-- Records a sample. By default, its time is the end of the step.
 function graph.handle(time)
     local own = model()
     if own then

@@ -1,5 +1,5 @@
--- `sim-2`, an API with objects instead of handles. Functions that are not defined here are those of `sim`, with objects
--- in place of handles.
+-- `sim-2`, an API with objects instead of handles. Functions that are not defined here are passed to `sim`, with
+-- objects converted to handles.
 
 local old = sim
 local unpack = table.unpack
@@ -51,7 +51,7 @@ local function group(handle, name)
     })
 end
 
--- The word for an object in the names of functions of `sim`, by type.
+-- The word that stands for an object in names of functions of `sim`, by object type.
 local KINDS = {
     [old.object_shape_type] = 'Shape',
     [old.object_joint_type] = 'Joint',

@@ -3,7 +3,7 @@
 use crate::{kit::*, lookup::sets};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let devices = "Copies of sensors, actuators and scripts start afresh; the state of scripts is not copied.";
+    let devices = "Copies of sensors, actuators and scripts start in their initial state.";
     offer.command(
         both(["sim.copyPasteObjects", "simCopyPasteObjects"], NIL, |c| {
             let ids = sets::list(c, 0)?;
@@ -65,7 +65,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(table("values", "{x, y, z}"))
         .text("Sets the scale factors of an object, relative to its original size.")
-        .partial("The three values are stored as one."),
+        .partial("The three values are stored as one factor."),
     );
     offer.command(
         both(["sim.scaleObject", "simScaleObject"], MINUS, |c| {
@@ -89,7 +89,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.scaleObjects", "simScaleObjects"], MINUS, |c| {
             let (ids, f, places) = (sets::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
             if f <= 0.0 {
-                return Err(Fail::argument("argument 2: the scale must be greater than 0"));
+                return Err(Fail::argument("argument 2: the scale factor must be greater than 0"));
             }
             let (w, p) = (c.world(), &c.plugin().p);
             for id in &ids {
@@ -118,7 +118,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     files(offer);
 }
 
-/// Returns whether a text is the id of a model that plugins or model folders offer.
+/// Returns whether `id` is the id of a model that a plugin or a model folder provides.
 fn is_model(c: &Call<'_, Vrep>, id: &[u8]) -> Result<bool> {
     for at in 0.. {
         match c.world().model(at)? {
@@ -241,7 +241,7 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
 /// Scales an object by one factor per axis.
 fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     if f.iter().any(|x| *x <= 0.0) {
-        return Err(Fail::argument("the scale must be greater than 0"));
+        return Err(Fail::argument("the scale factors must be greater than 0"));
     }
     if o.kind != TATU_KIND_SHAPE {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Custom data: texts, buffers and tables that scripts store with an object, the scene or the application.
+//! Custom data: strings, buffers and tables that scripts store with an object, the scene or the application.
 
 use crate::kit::*;
 
@@ -216,7 +216,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the object in argument `i`, or 0 for the scene, which also stores the application's data.
+/// Returns the object in argument `i`, or 0 for the scene and the application, whose data is stored with the scene.
 fn target_of(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     match c.i64(i)? {
         HANDLE_SCENE | -13 | -15 => Ok(0),
@@ -225,7 +225,7 @@ fn target_of(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     }
 }
 
-/// Returns the object in argument 0 and the tag in argument 1; tags of the application get a private prefix.
+/// Returns the object in argument 0 and the tag in argument 1. Tags of the application are given a private prefix.
 fn place(c: &Ctx<'_>) -> Result<(tatu_object, Vec<u8>)> {
     let id = target_of(c, 0)?;
     let mut tag = c.bytes(1)?.to_vec();

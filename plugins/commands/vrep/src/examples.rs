@@ -1,11 +1,11 @@
-//! Settings common to all commands, and their examples. These are in Lua files in `examples/`, each below a line
+//! Adds common settings and examples to all commands. The examples are in Lua files in `examples/`, each below a line
 //! `--- sim.name`.
 
 use std::collections::BTreeMap;
 
 use crate::kit::*;
 
-/// The V-REP version from which commands called by flat names raise errors instead of returning -1 or nil.
+/// The V-REP version since which commands called by flat names raise errors instead of returning -1 or nil.
 const FLAT_NAMES_RAISE: &str = "4.2";
 
 macro_rules! files {

@@ -1,5 +1,5 @@
-//! Commands on bit masks of objects (object, model and special properties, explicit handling), and on references from
-//! objects to other objects.
+//! Commands on the bit masks of objects (object, model and special properties, explicit handling), and on references to
+//! other objects that are stored with an object.
 
 use crate::{kit::*, lookup::registered::is_stand_in};
 
@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let (p, seen) = (&c.plugin().p, bits & DETECTABLE);
                 c.world().set(o.id, p.detectable, &Value::Bool(seen != 0))?;
                 if seen != 0 {
-                    // Sensors with other wave types always detect the object.
+                    // Set the bits of all other wave types, which always detect the object.
                     c.world().set(o.id, p.detectable_mask, &Value::Int(seen | !DETECTABLE & ALL_WAVES))?;
                 }
             }
@@ -145,8 +145,8 @@ fn explicit(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Adds commands on handles stored with an object. They are stored as full ids, so that -1 is returned for a removed
-/// object.
+/// Adds commands on handles stored with an object. Handles are stored as full ids, so a removed object can be
+/// recognised and reported as -1.
 fn references(offer: &mut Offer<Vrep>) {
     let key = |tag: &str| format!("handles {tag}");
     let tag = |c: &Ctx<'_>, i: usize| if c.has(i) { c.text(i) } else { Ok(String::new()) };

@@ -4,10 +4,10 @@
 //! an introduction, read `joints/`, which is short, then the shared code in `kit/`. Only `language/` depends on a
 //! script language.
 //!
-//! The layers from the bottom: `kit` (arguments, dialects, messages), `state` (data per world), `lookup` (finding
-//! objects), the subjects, this file.
+//! The layers, from the lowest to the highest, are `kit` (arguments, dialects, error messages), `state` (data per
+//! world), `lookup` (finding objects), the subjects, and this file.
 
-#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values of tests need not be reproducible"))]
 
 mod copies;
 mod data;
@@ -53,7 +53,7 @@ impl Plugin for Vrep {
 
     fn offer(offer: &mut Offer<Self>) {
         offer.per_world();
-        // One call per subject; the name is that of its documentation page.
+        // One call per subject, with the name of its documentation page.
         offer.subject("objects", objects::offer);
         offer.subject("names", names::offer);
         offer.subject("flags", flags::offer);

@@ -173,7 +173,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     offer.command(
         command(["sim.rotateAroundAxis", "simRotateAroundAxis"], |c| {
             let (axis, at, angle) = (numbers(c, 1)?, numbers::<3>(c, 2)?, c.f64(3)?);
-            let turn = al::about(axis, angle).ok_or_else(|| Fail::argument("argument 2: the axis is zero"))?;
+            let turn = al::about(axis, angle).ok_or_else(|| Fail::argument("argument 2: the axis must not be zero"))?;
             let there = al::pose(al::sub(at, al::rotate(turn, at)), turn);
             if c.arg(0).len() >= 12 {
                 let m: Matrix = numbers(c, 0)?;

@@ -36,7 +36,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 return Err(Fail::argument("the grid must not have a negative number of points"));
             };
             if nx < 2 || ny < 2 || nx.saturating_mul(ny) != heights.len() {
-                return Err(Fail::argument(format!("{} heights do not form a grid of {nx} by {ny}", heights.len())));
+                let text = format!("{} heights do not form a grid of {nx} by {ny}, at least 2 by 2", heights.len());
+                return Err(Fail::argument(text));
             }
             let d = width / (nx - 1) as f64;
             let (mut points, mut places) = (Vec::new(), Vec::new());
@@ -138,13 +139,13 @@ fn mass(offer: &mut Offer<Vrep>) {
         || table("transformation", "a matrix of 12 numbers: the frame of inertia and centre of mass").optional();
     let inertia_of = |c: &Ctx<'_>, shape: tatu_object| -> Result<[f64; 9]> {
         let v = c.world().get(shape, c.plugin().p.inertia)?;
-        v.array::<9>().ok_or_else(|| Fail::new("the host returned no inertia"))
+        v.array::<9>().ok_or_else(|| Fail::new("the host returned an invalid inertia"))
     };
     offer.command(
         both(["sim.getShapeMassAndInertia", "simGetShapeMassAndInertia"], NIL, move |c| {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
             let m = w.f64(shape, p.mass)?;
-            // The original returns the inertia divided by the mass.
+            // V-REP returns the inertia divided by the mass.
             let (inertia, com) = (inertia_of(c, shape)?.map(|x| x / m), w.f64s::<3>(shape, p.com)?);
             let frame = w.pose(shape, 0)?;
             let base = if c.has(1) { al::of_matrix(&numbers::<12>(c, 1)?) } else { al::IDENTITY };
@@ -240,7 +241,7 @@ fn mass(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Rotates an inertia tensor, given row by row.
+/// Rotates an inertia tensor, whose elements are listed row by row.
 fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
     let m = al::matrix(&al::pose([0.0; 3], q));
     let r = |a: usize, b: usize| m[a * 4 + b];
@@ -253,7 +254,7 @@ fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
 /// Creates a shape from triangles, with its frame at the centre of its bounding box.
 fn make(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
     if points.len() < 9 || !points.len().is_multiple_of(3) || places.len() < 3 || !places.len().is_multiple_of(3) {
-        return Err(Fail::argument("a mesh must have three numbers per point, and three indices per triangle"));
+        return Err(Fail::argument("a mesh requires at least 9 coordinates and 3 indices, both in multiples of 3"));
     }
     let mut middle = [0.0; 3];
     for (k, m) in middle.iter_mut().enumerate() {
@@ -275,7 +276,7 @@ fn make(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_obje
 
 fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
     let (w, p) = (c.world(), &c.plugin().p);
-    let Some(first) = shapes.first() else { return Err(Fail::argument("the list of shapes is empty")) };
+    let Some(first) = shapes.first() else { return Err(Fail::argument("expected at least one shape")) };
     let (mut points, mut places, mut mass) = (Vec::new(), Vec::new(), 0.0);
     for s in shapes {
         if w.look(*s)?.kind != TATU_KIND_SHAPE && !w.used_as(*s, "shape") {
@@ -346,8 +347,8 @@ fn half_turn(k: i32, n: i32) -> f64 {
     std::f64::consts::PI * f64::from(k) / f64::from(n)
 }
 
-/// Builds a solid of revolution about z from rings of 32 segments; `profile` lists each ring's fraction of the radius
-/// and its height, from bottom to top.
+/// Builds a solid of revolution about z from rings of 32 segments. `profile` contains the radius of each ring, as a
+/// fraction of `radius`, and its height, from bottom to top.
 fn rings(radius: f64, profile: &[(f64, f64)]) -> (Vec<f64>, Vec<i64>) {
     const N: i64 = 32;
     let (mut points, mut places) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Commands on names of objects: unique names with their suffix, and aliases.
+//! Commands on the names of objects: unique names with a suffix, and aliases.
 
 use crate::{kit::*, lookup::names, state::state};
 
@@ -75,7 +75,7 @@ fn set_name(c: &mut Ctx<'_>) -> Result {
     let legal = |b: u8| b.is_ascii_alphanumeric() || b"_()".contains(&b);
     if base.is_empty() || base.len() > 127 || !base.bytes().all(legal) {
         return Err(Fail::argument(format!("`{name}` is not a valid name for an object"))
-            .help("names consist of letters, digits, `_`, `(` and `)`, and may end in `#` and a number"));
+            .help("names consist of letters, digits, `_`, `(` and `)`, and can end in `#` and a number"));
     }
     if suffix >= 0 && name != format!("{base}#{suffix}") {
         return Err(Fail::argument(format!("`{name}`: the number after `#` must not have a leading zero")));

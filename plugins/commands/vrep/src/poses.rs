@@ -174,7 +174,8 @@ fn setter(
     )
 }
 
-/// Returns the reference frame in argument `i`, for a pose of the object `of`.
+/// Resolves a value that selects the reference frame for a pose of the object `of`; `i` is its argument index for
+/// messages.
 fn frame(c: &Shared<'_>, v: ValueRef<'_>, i: usize, of: tatu_object) -> Result<Frame> {
     match v.as_i64() {
         None if v.is_nil() => Ok(Frame::Of(0)),

@@ -117,14 +117,14 @@ fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<t
     })
 }
 
-// Bits of the mode of `checkEx`. Bit 4 would allow a search to stop at the first point; here, the nearest point is
-// always found.
+// Bits of the mode of `checkEx`. The bit 4, which would allow a search to stop at the first point, is ignored: the
+// nearest point is always found.
 const FRONT: i64 = 1;
 const BACK: i64 = 2;
 const LIMITED: i64 = 8;
 const OCCLUSION: i64 = 16;
 
-/// The result of a measurement; `Never` before the first one.
+/// The result of a sensor's last measurement, or `Never` before the first one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Sight {
     Never,
@@ -135,7 +135,8 @@ enum Sight {
 /// Distance, point, object and normal.
 type Rest = (f64, [f64; 3], i64, [f64; 3]);
 
-/// Returns the first return value for a result, and the four that follow it; `short` omits them without a detection.
+/// Returns the first return value for a result, and the four that follow it. If `short` is true, these four are omitted
+/// unless there is a detection.
 fn shape(short: bool, sight: Sight) -> (i64, Option<Rest>) {
     match sight {
         Sight::Seen { distance, point, object, normal } => (1, Some((distance, point, object, normal))),
@@ -195,7 +196,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
         _ => f64::INFINITY,
     };
     let mut nearest = Sight::Nothing;
-    // Called by a main script, this is the sensing stage, which measures all sensors together.
+    // A call by a main script runs the sensing stage, which measures all sensors together.
     let stage = c.i64(0)? == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)?;
     if stage {
         c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;
@@ -223,7 +224,7 @@ fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     Ok(all)
 }
 
-/// Explains why a sensor could not be measured or read.
+/// Returns the error for a sensor that could not be measured or read.
 #[cold]
 fn not_proximity(c: &Shared<'_>, sensor: tatu_object, fail: Fail) -> Fail {
     let p = &c.plugin().p;

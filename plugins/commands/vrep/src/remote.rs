@@ -1,4 +1,4 @@
-//! Commands by which scripts open ports for remote clients. They only notify the service that listens on the ports.
+//! Commands with which scripts open ports for remote clients. They only notify the service that listens on the ports.
 
 use crate::kit::*;
 
@@ -8,7 +8,7 @@ const NOTES: &str =
 const OPEN: &str = "remote_api.open";
 const CLOSE: &str = "remote_api.close";
 
-/// Publishes an event that requests the service to open or close the port in argument 0.
+/// Publishes an event that requests that the service open or close the port in argument 0.
 fn tell(c: &Ctx<'_>, event: &str) -> Result {
     let port = c.i64(0)?;
     if !(1..=65535).contains(&port) {
@@ -32,7 +32,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simExtRemoteApiStart", MINUS)
         .param(port())
-        .param(Param::any("options").rest().text("packet size, debug, trigger: ignored; a client may always step"))
+        .param(Param::any("options").rest().text("packet size, debug, trigger: ignored; a client can always step"))
         .returns(result())
         .text("Opens a port for clients of the legacy remote API.")
         .example("simRemoteApi.start(19999)")

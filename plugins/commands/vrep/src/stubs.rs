@@ -1,5 +1,5 @@
-//! Commands that accept anything and return a neutral value: windows, visual effects, and parts of the original that do
-//! not exist here.
+//! Commands that accept any arguments and return a neutral value: windows, visual effects, and features of V-REP that
+//! Tatu does not have.
 //!
 //! A stub is not offered if a different file declares a command with the same name.
 
@@ -16,9 +16,9 @@ const SHAPES: &str = "shapes have no textures";
 const CLOUDS: &str = "there are no octrees or point clouds";
 const PLANNING: &str = "there is no path planning";
 const EDITOR: &str = "there is no editor";
-const PROGRAM: &str = "this exists only in the original program";
+const PROGRAM: &str = "this exists only in V-REP";
 const PICTURES: &str = "images are not changed";
-const SCRIPTS: &str = "scripts can only be created with the scene";
+const SCRIPTS: &str = "only the scene and `tatu.addScript` create scripts";
 
 /// Commands of `sim` that have a flat name: names, return value, return value of a failed call, reason.
 const OLD: &[(Names, Gives, &str)] = &[
@@ -83,9 +83,9 @@ const OLD: &[(Names, Gives, &str)] = &[
     (["sim.serialPortClose", "simSerialPortClose"], Int(-1), PORTS),
     (["sim.serialPortSend", "simSerialPortSend"], Int(-1), PORTS),
     (["sim.serialPortRead", "simSerialPortRead"], Nothing, PORTS),
-    (["sim.loadModule", "simLoadModule"], Int(-1), "plugins of the original are not supported"),
-    (["sim.unloadModule", "simUnloadModule"], Int(0), "plugins of the original are not supported"),
-    (["sim.getModuleInfo", "simGetModuleInfo"], Int(0), "plugins of the original are not supported"),
+    (["sim.loadModule", "simLoadModule"], Int(-1), "V-REP plugins are not supported"),
+    (["sim.unloadModule", "simUnloadModule"], Int(0), "V-REP plugins are not supported"),
+    (["sim.getModuleInfo", "simGetModuleInfo"], Int(0), "V-REP plugins are not supported"),
     (["sim.auxFunc", "simAuxFunc"], Int(-1), PROGRAM),
     (["sim.test", "simTest"], Int(-1), PROGRAM),
     (["sim.getExtensionString", "simGetExtensionString"], Text(""), PROGRAM),
@@ -184,9 +184,9 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("sim.textEditorShow", Nothing, EDITOR),
     ("sim.textEditorClose", Text(""), EDITOR),
     ("sim.textEditorGetInfo", Text(""), EDITOR),
-    ("sim.getPluginInfo", Text(""), "plugins of the original are not supported"),
-    ("sim.setPluginInfo", Nothing, "plugins of the original are not supported"),
-    ("sim.setModuleInfo", Nothing, "plugins of the original are not supported"),
+    ("sim.getPluginInfo", Text(""), "V-REP plugins are not supported"),
+    ("sim.setPluginInfo", Nothing, "V-REP plugins are not supported"),
+    ("sim.setModuleInfo", Nothing, "V-REP plugins are not supported"),
     ("sim.moduleEntry", Int(-1), WINDOWS),
     ("sim.getShapeViz", Empty, LOOKS),
     ("sim.generateTextShape", Int(-1), LOOKS),
@@ -210,7 +210,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     let why = "a service listens, but does not report the state of its connections";
     add(offer, "simRemoteApi.status", Some(("simExtRemoteApiStatus", MINUS)), Int(-1), why);
-    // The ROS interface from before 2016. Without a node, nothing is sent, and topic names are empty.
+    // The ROS interface from before 2016. Without a ROS node, nothing is sent, and topic names are empty.
     for (name, gives) in [
         ("simExtROS_enablePublisher", Nothing),
         ("simExtROS_enableSubscriber", Nothing),

@@ -23,8 +23,8 @@ unsafe extern "C" fn no_service(_: *const tatu_host, _: *const c_char) -> *const
 
 unsafe fn text(p: *const c_char) -> String {
     assert!(!p.is_null());
-    // SAFETY: `p` is a text of the plugin's table and not null (checked above); the header guarantees that such texts
-    // are NUL-terminated and live until `shutdown`.
+    // SAFETY: `p` is a string of the plugin's table and not null (checked above). The header guarantees that such
+    // strings are NUL-terminated and live until `shutdown`.
     unsafe { CStr::from_ptr(p) }.to_str().unwrap().to_owned()
 }
 
@@ -78,7 +78,7 @@ fn names_are_unique() {
 fn every_command_tells_what_it_does() {
     for c in declared().0 {
         let name = &c.names[0];
-        assert!(c.text.ends_with('.'), "{name}: the text is not a sentence: {}", c.text);
+        assert!(c.text.ends_with('.'), "{name}: the description is not a sentence: {}", c.text);
         let stub = c.status == TATU_COMMAND_STUB;
         assert!(stub || c.example.contains(name.as_str()), "{name}: {}", c.example);
         assert!(!stub || !c.notes.is_empty(), "{name}: a stub must state why it has no effect");
@@ -160,7 +160,7 @@ fn seeds_find_their_functions() {
     }
 }
 
-/// Returns all Rust sources below a folder, as one text.
+/// Returns the contents of all Rust files below a folder as one string.
 fn sources(folder: &std::path::Path) -> String {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
     entries

@@ -49,7 +49,7 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
     Ok(Read { model, notes: gallery.notes })
 }
 
-/// Reads and checks the document; also returns the binary chunk, if there is one.
+/// Reads and checks the document; returns it with the binary chunk, if the file has one.
 fn open(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), String> {
     let (json, blob) = if bytes.starts_with(b"glTF") { chunks(bytes)? } else { (bytes, None) };
     let root: Root = gltf::json::deserialize::from_slice(json).map_err(|e| e.to_string())?;

@@ -13,7 +13,7 @@ pub const MOST_TRIANGLES: usize = 4_000_000;
 const DEEPEST: usize = 64;
 
 /// Maximum number of visits of nodes. A node with several references is visited for each of them, so without this
-/// limit, a small file could keep an importer busy practically forever.
+/// limit, a small file could keep an importer busy for a practically unlimited time.
 const MOST_VISITS: usize = 100_000;
 
 /// The triangles of a file, divided into one piece per material.
@@ -21,18 +21,19 @@ const MOST_VISITS: usize = 100_000;
 pub struct Model {
     /// The pieces, none of which is empty.
     pub pieces: Vec<Piece>,
-    /// Whether the file specifies that y is up; otherwise, z is up, or the file does not specify it.
+    /// Whether the file specifies that y is up. If false, z is up, or the file does not specify the direction.
     pub y_up: bool,
 }
 
 /// Triangles with the same material, in metres if the file specifies its unit.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Piece {
-    /// Corner points.
+    /// Corner points, each x, y, z.
     pub points: Vec<[f64; 3]>,
     /// Three indices of points per triangle, counter-clockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Texture coordinates of each point, 0 to 1 to the right and upwards; empty if the file has none.
+    /// Texture coordinates of each point: 0 to 1 from left to right, and 0 to 1 from bottom to top of the image. Empty
+    /// if the file has none.
     pub coordinates: Vec<[f32; 2]>,
     /// Red, green and blue of the material, each 0 to 1.
     pub color: Option<[f64; 3]>,
@@ -43,7 +44,7 @@ pub struct Piece {
 /// A model, and notes on omitted parts, one sentence each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Read {
-    /// The model.
+    /// The triangles of the file.
     pub model: Model,
     /// Notes on omitted parts, such as missing or damaged images.
     pub notes: Vec<String>,
@@ -90,7 +91,7 @@ impl Piece {
     }
 }
 
-/// Pieces that are being collected from the nodes of a scene, one per material, in the order of their first use.
+/// Pieces that are being collected from the nodes of a scene: one per material, in the order of first use.
 pub(crate) struct Collected<K> {
     pub pieces: Vec<(K, Piece)>,
     triangles: usize,

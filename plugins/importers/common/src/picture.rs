@@ -11,12 +11,12 @@ const MOST_PIXELS: u64 = 16 << 20;
 /// relative to the mesh file.
 pub type Files<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
 
-/// An image.
+/// A decoded image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// Number of columns.
+    /// Width, in pixels.
     pub columns: u32,
-    /// Number of rows.
+    /// Height, in pixels.
     pub rows: u32,
     /// Red, green, blue and opacity of each pixel, top row first.
     pub rgba: Vec<u8>,
@@ -32,7 +32,7 @@ impl Picture {
         }
         let (columns, rows) = open()?.into_dimensions().map_err(|e| e.to_string())?;
         if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > MOST_PIXELS {
-            return Err(format!("it has {columns} x {rows} pixels; at most {MOST_PIXELS} are supported"));
+            return Err(format!("it has {columns} x {rows} pixels; expected from 1 to {MOST_PIXELS} pixels in total"));
         }
         let mut limits = Limits::default();
         limits.max_alloc = Some(8 * MOST_PIXELS);

@@ -49,7 +49,7 @@ impl PropertyAccess for Face {
         Face::default()
     }
     fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
-        // Both names are common.
+        // Files use either of these names.
         if matches!(key, "vertex_index" | "vertex_indices") {
             self.0 = property.to_u32_list().unwrap_or_default();
         }

@@ -11,8 +11,8 @@ use crate::{model::Piece, picture::Picture};
 pub struct Shapes(Vec<(Rc<Picture>, i64)>);
 
 impl Shapes {
-    /// Makes an object a shape that consists of pieces: a mesh, or for several pieces, a compound of meshes. Without
-    /// `materials`, the shape has neither their colours nor their images.
+    /// Sets up an object as a shape of pieces: a mesh or, for several pieces, a compound of meshes. If `materials` is
+    /// false, the colours and images of the pieces are ignored.
     pub fn shape<'a>(
         &mut self,
         builder: &Builder<'a>,

@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use crate::model::{Piece, few};
 
-/// Returns whether the size of the file is that of a binary file with the number of triangles declared in it.
+/// Returns whether the file has exactly the size of a binary STL file with the declared number of triangles.
 fn is_binary(bytes: &[u8]) -> bool {
     let Some(count) = bytes.get(80..84) else { return false };
     let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);

@@ -1,7 +1,7 @@
 //! Builds the robot in the scene as chains of shape, joint, shape and so on.
 //!
-//! The shape of a body has the collision geometry and the mass. Visuals are child shapes of it; the collision geometry
-//! of a body without visuals is visible.
+//! The shape of a body has the collision geometry and the mass. Visuals are its child shapes. The collision
+//! geometry of a body is visible only if the body has no visuals.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_importers_common::merged;
@@ -18,7 +18,8 @@ use crate::{
     tree::{Body, Tree, finite, pose},
 };
 
-/// Collision mask of a link, which collides with everything except the same robot, because its links touch at joints.
+/// Collision mask of a link. A link collides with everything except other links of the same robot, because these touch
+/// at joints.
 const MASK: i64 = 0xFF00;
 
 /// Settings from the importer's parameters.
@@ -108,7 +109,7 @@ fn joint<'a>(
     let limit = &joint.limit;
     let what = format!("limit of the joint `{}`", joint.name);
     if [limit.lower, limit.upper, limit.effort, limit.velocity].iter().any(|x| x.is_nan()) {
-        return Err(Fail::argument(format!("{what}: a value is not a number")).at("", line));
+        return Err(Fail::argument(format!("{what}: a value is NaN")).at("", line));
     }
     let slides = joint.joint_type == JointType::Prismatic;
     let node = builder.object("joint", Some(parent), &alias(&joint.name))?;
@@ -117,7 +118,7 @@ fn joint<'a>(
         .set("joint.mode", "dynamic")?;
     if joint.joint_type != JointType::Continuous && (limit.lower.is_finite() || limit.upper.is_finite()) {
         if limit.lower > limit.upper {
-            let text = format!("{what}: from {} to {}", limit.lower, limit.upper);
+            let text = format!("{what}: `lower` is {}, but `upper` is {}", limit.lower, limit.upper);
             return Err(Fail::argument(text).help("`lower` must not be greater than `upper`").at("", line));
         }
         if limit.lower == limit.upper {
@@ -320,7 +321,7 @@ fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
         let joint = &robot.joints[*j];
         let kind = format!("{:?}", joint.joint_type).to_lowercase();
         warn(format!(
-            "line {}: the joint `{}` is {kind}, which is not supported; it is fixed",
+            "line {}: the joint `{}` has the type {kind}, which is not supported; it is treated as fixed",
             outline.joints[*j].line, joint.name
         ));
     }

@@ -14,7 +14,7 @@ use crate::{mesh, tree::finite};
 pub struct Solid {
     /// Pose of the centre of the geometry.
     pub pose: Isometry3<f64>,
-    /// The geometry.
+    /// The primitive or mesh.
     pub form: Form,
 }
 
@@ -25,7 +25,7 @@ pub enum Form {
     Mesh(Rc<[Piece]>),
 }
 
-/// A mesh, or the reason why it could not be read.
+/// A mesh, or the reason that it could not be read.
 type Found = Result<Rc<[Piece]>, String>;
 
 /// Meshes by name and scale, so that each file is read once.
@@ -104,7 +104,7 @@ impl Solid {
         ])
     }
 
-    /// Makes `node` a shape with this geometry and pose; without a color, a mesh has its own materials.
+    /// Sets up `node` as a shape with this geometry and pose. If `color` is `None`, a mesh has its own materials.
     pub fn shape<'a>(
         &self,
         builder: &Builder<'a>,

@@ -46,8 +46,8 @@ impl Importer for Urdf {
                 .optional()
                 .text("Whether the root link is fixed; default: true if it is named `world`."),
             Param::string("package_root").default("").text(
-                "Folder, relative to that of the file, of the packages or of the single package to which `package://` \
-                 names refer; empty: the folder of the file.",
+                "Folder that contains the packages, or the single package, to which `package://` names refer, relative \
+                 to the folder of the file; empty: the folder of the file.",
             ),
             Param::string("motors")
                 .choices(&["velocity", "position", "free"])

@@ -15,7 +15,7 @@ pub struct Mass {
 }
 
 impl Mass {
-    /// No mass.
+    /// A mass of zero.
     pub const NONE: Mass = Mass {
         mass: 0.0,
         com: Vector3::new(0.0, 0.0, 0.0),

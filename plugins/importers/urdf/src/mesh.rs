@@ -3,7 +3,7 @@
 use tatu_importers_common::{Read, SUFFIXES, read};
 use tatu_plugin_api::safe::Builder;
 
-/// Reads the mesh file with a name in a URDF file, through the builder. The error is one sentence.
+/// Reads the mesh file to which a name in a URDF file refers, through the builder. The error is one sentence.
 pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<Read, String> {
     let lower = name.to_lowercase();
     if !SUFFIXES.iter().any(|s| lower.ends_with(s)) {

@@ -13,9 +13,9 @@ const MOST_DEPTH: usize = 64;
 /// Maximum number of links and joints in total.
 const MOST_PARTS: usize = 20_000;
 
-/// A child of `<robot>`.
+/// The location of a child element of `<robot>`.
 pub struct Part {
-    /// Line of the element, from 1.
+    /// Line of the element's start tag, counted from 1.
     pub line: u64,
     bytes: Range<usize>,
 }
@@ -35,7 +35,7 @@ pub struct Outline {
 pub fn read(text: &str) -> Result<Outline> {
     let starts: Vec<usize> = std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect();
     // Rows and columns are zero-based; columns count characters. Positions are requested in ascending order, so each
-    // search starts at the last position: a file may consist of a single long line.
+    // search starts at the last position. This matters if a file consists of a single long line.
     let mut last = (0, 0, 0);
     let mut byte = |row: u64, column: u64| {
         let (start, skip) = match last {
@@ -67,7 +67,9 @@ pub fn read(text: &str) -> Result<Outline> {
             XmlEvent::StartElement { name, .. } => {
                 depth += 1;
                 if depth > MOST_DEPTH {
-                    return Err(Fail::argument(format!("elements are nested more than {MOST_DEPTH} deep")).at("", line));
+                    return Err(
+                        Fail::argument(format!("elements are nested more than {MOST_DEPTH} levels deep")).at("", line)
+                    );
                 }
                 if name.namespace.as_deref().is_some_and(|n| n.contains("xacro")) || name.local_name == "macro" {
                     return Err(Fail::unsupported("this is a xacro file, not a URDF file")

@@ -49,7 +49,7 @@ fn depth_and_length_have_limits() {
     let e = read(chain(1000, "fixed").as_bytes()).unwrap_err();
     assert!(e.text().contains("longer than 256"), "{e}");
     let deep = format!("<robot>{}{}</robot>", "<a>".repeat(100_000), "</a>".repeat(100_000));
-    assert!(read(deep.as_bytes()).unwrap_err().text().contains("64 deep"));
+    assert!(read(deep.as_bytes()).unwrap_err().text().contains("64 levels deep"));
     let doctype = "<!DOCTYPE r [<!ENTITY a \"aaaa\">]><robot name=\"&a;\"><link name=\"x\"/></robot>";
     assert!(read(doctype.as_bytes()).unwrap_err().text().contains("document type"));
 }

@@ -13,16 +13,16 @@ const MOST_DEPTH: usize = 256;
 
 /// Links that are fixed to each other.
 pub struct Body {
-    /// Index of each link, and its pose in the frame of the first one, which is the body's frame.
+    /// The index of each link, and its pose in the frame of the first link, which is the body's frame.
     pub links: Vec<(usize, Isometry3<f64>)>,
-    /// The joint above this body, the body above that joint, and the frame of the joint in the frame of that body; the
-    /// axis of the joint is its z axis.
+    /// Indices of the joint above this body and of the body above that joint, and the joint's frame in the frame of the
+    /// latter body. The joint's axis is the z axis of its frame. `None` for the root.
     pub joint: Option<(usize, usize, Isometry3<f64>)>,
     /// Transform from the joint's moving frame to the body's frame.
     pub below: Isometry3<f64>,
 }
 
-/// The bodies of a robot; parents come first, so the root is the first one.
+/// The bodies of a robot. Parents precede children, so the first body is the root.
 pub struct Tree {
     /// The bodies, parents before children.
     pub bodies: Vec<Body>,
@@ -34,7 +34,8 @@ pub struct Tree {
 pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
     match numbers.iter().find(|x| !x.is_finite() || x.abs() > 1e12) {
         Some(x) => {
-            Err(Fail::argument(format!("{what}: {x} is out of range; expected a number of at most 1e12")).at("", line))
+            Err(Fail::argument(format!("{what}: {x} is out of range; expected a number from -1e12 to 1e12"))
+                .at("", line))
         }
         None => Ok(()),
     }

@@ -184,7 +184,7 @@ fn is_number(suffix: &str) -> bool {
     suffix.strip_prefix('#').is_some_and(|n| n.len() < 9 && !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Bit of a leaf that is drawn as the edges of its triangles.
+/// Bit of `Leaf::bits` that is set if only the edges of the leaf's triangles are drawn.
 const WIRE_FRAME: u8 = 4;
 
 fn shape<'a>(
@@ -204,7 +204,7 @@ fn shape<'a>(
     let dynamic = s.dynamic && !overrides.not_dynamic();
     let mut parts = Vec::new();
     let leaves = leaves(root);
-    // Lines drawn on a surface coincide with it; drawn as a surface, they would flicker.
+    // Lines that are drawn on a surface coincide with it. If they were drawn as a surface, they would flicker.
     let is_lines = |leaf: &Leaf| leaf.bits & WIRE_FRAME != 0 && !s.respondable && leaves.len() > 1;
     if leaves.iter().any(|l| is_lines(l.leaf)) {
         report.add("without", "a part that is drawn as lines is invisible", o);
@@ -295,7 +295,7 @@ fn shape<'a>(
     Ok(())
 }
 
-/// Returns the centre of mass, and the inertia divided by the mass along the axes of the shape.
+/// Returns the centre of mass, m, and the inertia tensor divided by the mass, m^2, along the axes of the shape.
 fn inertia(root: &crate::read::mesh::Part) -> (Vector3<f64>, Matrix3<f64>) {
     if let (Some(com), Some(i)) = (root.com, root.inertia) {
         return (Vector3::from(com), Matrix3::from_row_slice(&i));

@@ -34,14 +34,14 @@ impl Overrides {
     }
 }
 
-/// The object tree of a file, by handle: relations between objects.
+/// The object tree of a file. Objects are identified by their handles in the file.
 pub struct Tree<'a> {
     objects: BTreeMap<i32, &'a Object>,
     overrides: BTreeMap<i32, Overrides>,
     names: BTreeMap<i32, String>,
-    /// Root objects of trees that contain closed loops.
+    /// Handles of the roots of trees that contain closed loops.
     loops: BTreeSet<i32>,
-    /// The lowest suffix of the names in a model; -1 for scenes, or if a name has no suffix.
+    /// The lowest suffix among the names in a model; -1 for scenes, and if any name has no suffix.
     pub lowest_suffix: i32,
 }
 
@@ -138,7 +138,8 @@ pub fn material(file: &File, s: &Shape, dynamic: bool, node: Node<'_>) -> Result
         node.set("shape.restitution", bounce)?;
     }
     for (i, key) in [(3, "shape.linear_damping"), (4, "shape.angular_damping")] {
-        // The file stores the fraction lost per second. A fraction of 1 would be infinite damping, and is ignored.
+        // The file stores the fraction lost per second. Fractions above 0.999 are ignored: a fraction of 1 would mean
+        // infinite damping.
         if let Some(share) = known(m.bullet.real(i), 0.0, 0.999).filter(|x| *x > 0.0) {
             node.set(key, -libm::log1p(-share))?;
         }
@@ -153,7 +154,7 @@ fn is_sticky(m: &Material) -> bool {
 /// Default physics step of the original, s; gains of position control are defined per step.
 const USUAL_STEP: f64 = 0.005;
 
-/// Builds a joint.
+/// Sets the properties of a joint: type, limits, motor, spring, and dependency on another joint.
 pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let kind = match j.kind {
         joint::PRISMATIC => "prismatic",
@@ -220,8 +221,8 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
     Ok(())
 }
 
-/// Returns the control mode. The newer field takes precedence; in the older one, position control requires the motor,
-/// and the spring requires position control.
+/// Returns the control mode. The newer field takes precedence. In the older fields, position control requires that the
+/// motor is enabled, and the spring requires position control.
 fn control(j: &Joint) -> &'static str {
     match j.control {
         Some(1) => "force",
@@ -237,8 +238,8 @@ fn control(j: &Joint) -> &'static str {
     }
 }
 
-/// Builds a dummy that closes a loop with another dummy; both store the link, and the one with the lower handle is
-/// used.
+/// Builds a dummy that closes a loop with another dummy. Both dummies store the link; that of the dummy with the lower
+/// handle is used.
 pub fn link(tree: &Tree<'_>, d: &Dummy, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     if d.link < 0 || d.link_type != 0 {
         return Ok(());

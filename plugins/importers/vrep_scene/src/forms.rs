@@ -33,7 +33,7 @@ pub fn pure(leaf: &Leaf, surface: &Surface) -> Option<Form> {
     (middle && told && round).then_some((form, leaf.size, Isometry3::identity()))
 }
 
-/// Minimum number of points of a polygon that counts as a circle.
+/// Minimum number of corners of a polygon that is treated as a circle.
 pub const FEWEST: usize = 12;
 
 /// Detects a convex mesh whose points are on two circles, or all at the same distance from the centre: a wheel or

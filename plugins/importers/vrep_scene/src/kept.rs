@@ -1,6 +1,5 @@
-//! Data of a file that does not belong to objects, and is stored in the scene for the commands that use it:
-//! collections, collision and distance objects, groups for inverse kinematics and windows of buttons; and unknown
-//! elements.
+//! Data of a file that does not belong to objects. It is stored in the scene for the commands that use it: collections,
+//! collision and distance objects, groups for inverse kinematics, windows of buttons, and unknown elements.
 //!
 //! The data forms a JSON text under the tag `registered` of the scene's data. It refers to objects by their handles in
 //! the file, which these objects store under the tag `handle`; -1 means all objects, or no object.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::read::file::Object;
 
-/// Objects by outcome and reason.
+/// Objects, each as its handle and alias, by outcome and reason.
 #[derive(Default)]
 pub struct Report(pub BTreeMap<(&'static str, String), Vec<(i32, String)>>);
 

@@ -29,7 +29,7 @@ pub fn target(file: &File, s: &Script) -> i32 {
     }
 }
 
-/// Attaches all scripts.
+/// Attaches all scripts to their objects; reports scripts that are not run.
 pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>>, report: &mut Report) -> Result {
     let off = switched_off(file);
     let version = file.header.program;
@@ -78,8 +78,8 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
             left(
                 "without a script",
                 &format!(
-                    "it is in {language}, but only scripts in Lua are run; its text is stored. A program of your own \
-                     can perform its function through the service `zmq_remote`: docs/guide/remote-clients.md"
+                    "it is in {language}, but only scripts in Lua are run; its source is stored. A remote client can \
+                     take over its function through the service `zmq_remote`: see docs/guide/remote-clients.md"
                 ),
             );
             continue;

@@ -20,7 +20,7 @@ fn sound(x: f64, low: f64, high: f64) -> f64 {
 /// Maximum range of a sensor, m.
 const FARTHEST: f64 = 1e6;
 
-/// Builds a proximity sensor.
+/// Sets the properties of a proximity sensor, and the objects that it detects.
 pub fn proximity(
     (file, tree): (&File, &Tree<'_>),
     s: &Proximity,
@@ -110,7 +110,7 @@ fn is_all_but_own_model(file: &File, entity: i32, o: &Object) -> bool {
     (all.kind, all.remove) == (5, false) && (own.kind, own.remove) == (1, true) && model == Some(own.object)
 }
 
-/// Builds a vision sensor.
+/// Sets the properties of a vision sensor, which is simulated by a depth camera.
 pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let [side, angle, near, far] = s.clip;
     let near = sound(near, 1e-5, FARTHEST);
@@ -139,7 +139,7 @@ pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, re
     Ok(())
 }
 
-/// Builds a force sensor.
+/// Sets the properties of a force sensor.
 pub fn force(f: &Force, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let node = node.set("force_sensor.samples", i64::from(f.samples.clamp(1, 1000)))?;
     let node = node.set("force_sensor.filter", if f.filter == 1 { "median" } else { "mean" })?;

@@ -1,4 +1,4 @@
-//! Declares the objects that a sensor detects, if it does not detect all: an object, or the objects of a collection.
+//! Declares the objects that a sensor detects, if it does not detect all objects: a single object, or a collection.
 
 use std::collections::BTreeSet;
 
@@ -82,8 +82,8 @@ fn members(all: &BTreeSet<i32>, above: impl Fn(i32) -> Vec<i32>, collection: &Co
 }
 
 /// Returns the objects that are detected although their parent is not, and those that are not detected although their
-/// parent is. `objects` lists pairs of object and parent; `world` states whether the parent of root objects counts as
-/// detected.
+/// parent is. `objects` lists pairs of object and parent; `world` states whether the parent of root objects is treated
+/// as detected.
 fn differences(objects: &[(i32, i32)], seen: &BTreeSet<i32>, world: bool) -> (Vec<i32>, Vec<i32>) {
     let known: BTreeSet<i32> = objects.iter().map(|(id, _)| *id).collect();
     let differs = |(id, parent): &&(i32, i32)| {

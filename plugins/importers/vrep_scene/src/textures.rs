@@ -18,12 +18,12 @@ use crate::{
     report::Report,
 };
 
-/// Mappings of the file, by number.
+/// Names of the mappings, by their index in the file.
 const MAPPINGS: [&str; 4] = ["plane", "cylinder", "sphere", "box"];
-/// How an image is combined with the color of the shape, by number.
+/// Names of the ways in which an image is combined with the color of the shape, by their index in the file.
 const BLENDS: [&str; 3] = ["modulate", "decal", "add"];
 
-/// The images that were added to the scene, by their numbers in the file.
+/// The images that were added to the scene, by their ids in the file.
 #[derive(Default)]
 pub struct Images(BTreeMap<i32, i64>);
 

@@ -9,7 +9,7 @@ use crate::read::{
     pose::isometry,
 };
 
-/// Builds a camera; invalid numbers are replaced by defaults.
+/// Sets the properties of a camera; invalid values are replaced by defaults.
 pub fn camera(k: &Camera, node: Node<'_>) -> Result {
     let [side, angle] = k.sees;
     let perspective = k.perspective.map_or(k.bits & 2 != 0, |p| p != 0);
@@ -26,7 +26,7 @@ pub fn camera(k: &Camera, node: Node<'_>) -> Result {
     Ok(())
 }
 
-/// Builds a light.
+/// Sets the properties of a light.
 pub fn light(l: &Light, node: Node<'_>) -> Result {
     let form = match l.kind {
         2 => "spot",

@@ -1,4 +1,4 @@
-//! Reads small files that are built byte by byte.
+//! Tests with small files that are built byte by byte.
 
 use proptest::prelude::*;
 use tatu_importers_vrep_scene::read::{

@@ -1,4 +1,4 @@
-//! The texts from which a model is built, with conditions, repetitions and values applied.
+//! Generates the scene texts from which a model is built, by applying its conditions, repetitions and parameter values.
 
 use std::ops::Range;
 
@@ -14,13 +14,14 @@ use crate::{
 
 /// Maximum number of repetitions in a model.
 const MOST_REPEATS: usize = 10_000;
-/// Maximum total size of the texts of a model, bytes: the text of each repetition is as long as the file up to it.
+/// Maximum total size of the texts of a model, bytes. The text of each repetition is padded with the line breaks of the
+/// file above its entry.
 const MOST_BYTES: usize = 64 << 20;
 
-/// A text to build: the indices of its entries, and the value of `index` if they are repeated.
+/// One text of a plan: the indices of its entries in the model, and the value of `index` if the entry is repeated.
 type Run = (Vec<usize>, Option<usize>);
 
-/// The texts from which a model is built with given parameters.
+/// The sequence of texts from which a model is built with given parameters.
 pub struct Plan<'m> {
     model: &'m Model,
     names: Names,
@@ -31,7 +32,7 @@ pub struct Plan<'m> {
 }
 
 impl<'m> Plan<'m> {
-    /// Determines which entries are built, and how often.
+    /// Determines which entries are built and how many times.
     pub fn new(model: &'m Model, params: &Params<'_>) -> Result<Self> {
         let (names, room) = named_values(model, params)?;
         let mut runs: Vec<Run> = vec![(vec![model.base], None)];
@@ -67,8 +68,8 @@ impl<'m> Plan<'m> {
         Ok(Plan { model, names, runs: runs.into_iter(), first: true, bytes: 0 })
     }
 
-    /// Returns the next text in the scene format: first that of the base alone, then those of all other entries, in the
-    /// order of the file.
+    /// Returns the next text in the scene format, or `None` after the last one. The first text contains only the base;
+    /// the other entries follow in the order of the file.
     pub fn next_text(&mut self) -> Option<Result<String>> {
         let (run, index) = self.runs.next()?;
         let text = self.text(&run, index);
@@ -96,7 +97,7 @@ impl<'m> Plan<'m> {
         let text = filled(&model.doc, &kept, &own, &self.names)?;
         self.bytes += text.len();
         if self.bytes > MOST_BYTES {
-            let text = format!("the repetitions of the model have more than {} MiB of text", MOST_BYTES >> 20);
+            let text = format!("the text of the model's repetitions exceeds {} MiB", MOST_BYTES >> 20);
             let wrong = Wrong::new(text).help("reduce the repetitions, or shorten the file above the repeated entry");
             return Err(wrong.at(run.first().map(|e| at(&model.entries[*e]))));
         }
@@ -104,7 +105,7 @@ impl<'m> Plan<'m> {
     }
 }
 
-/// Returns the values of parameters and constants, and the remaining room for expressions.
+/// Returns the values of parameters and constants, and the room that remains for the results of expressions.
 fn named_values(model: &Model, params: &Params<'_>) -> Result<(Names, Room)> {
     let (mut names, room) = (Names::new(), Room::default());
     for (key, computed) in &model.params {
@@ -127,7 +128,7 @@ fn at(entry: &Entry) -> Range<usize> {
     written.map_or(entry.start..entry.start, |(_, span)| span.clone())
 }
 
-/// Returns a value, or the result of its expression.
+/// Evaluates the expressions in a value, and returns all other values unchanged.
 fn value_of(value: &Value, names: &Names, room: &Room) -> Result<Value> {
     match value {
         Value::Text(t) if t.starts_with('=') => evaluate(&t[1..], names, room),

@@ -1,4 +1,4 @@
-//! Replaces the expressions in a text by their results, without changing line numbers.
+//! Replaces the expressions in a model's source text with their results, without changing line numbers.
 
 use std::ops::Range;
 
@@ -9,8 +9,9 @@ use crate::{
     wrong::{Result, Wrong},
 };
 
-/// Returns the text with only the parts in `kept`; everything else becomes empty lines. Expressions in `kept` are
-/// replaced by their results. `dropped` are the ranges of keys that only this plugin reads, which are removed.
+/// Returns the source text of a document with only the ranges in `kept`; all other lines become empty. Expressions in
+/// these ranges are replaced with their results. `dropped` contains the ranges of keys that only this plugin reads;
+/// they are removed.
 pub fn filled(
     doc: &Document<String>,
     kept: &[Range<usize>],
@@ -55,7 +56,7 @@ pub fn filled(
     Ok(out)
 }
 
-/// Returns the result of an expression, which begins with `=`, as TOML.
+/// Evaluates an expression that starts with `=`, and formats the result as TOML. `==` stands for a literal `=`.
 fn value_toml(written: &str, names: &Names, room: &Room) -> Result<String> {
     match written.strip_prefix("==") {
         Some(rest) => crate::expression::Value::Text(format!("={rest}")).to_toml(),
@@ -63,7 +64,7 @@ fn value_toml(written: &str, names: &Names, room: &Room) -> Result<String> {
     }
 }
 
-/// Collects the expressions: texts that begin with `=`.
+/// Collects the expressions, which are the strings that start with `=`, and their ranges.
 fn expressions<'d>(item: &'d Item, out: &mut Vec<(Range<usize>, &'d str)>) {
     match item {
         Item::None => {}

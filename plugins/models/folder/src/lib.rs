@@ -1,7 +1,8 @@
 //! Models without code: `models/NAME/model.toml`, in the scene format with a table `[model]`.
 //!
-//! - `model`: the table `[model]`; `params`: its parameters; `table`: reading of tables; `wrong`: errors with a line;
-//! - `expression`: arithmetic in values; `fill`: replaces the expressions in a text by their results;
+//! - `model`: the table `[model]`; `params`: its parameters; `table`: access to TOML tables; `wrong`: errors with a
+//!   line;
+//! - `expression`: arithmetic in values; `fill`: replaces the expressions in a text with their results;
 //! - `sections`: the ranges of the tables in the file; `entries`: selection and repetition of entries.
 
 mod entries;
@@ -21,7 +22,7 @@ use tatu_plugin_api::{
 use entries::Plan;
 use model::Model;
 
-/// The plugin.
+/// The plugin. It has no state.
 pub struct Folders;
 
 impl Plugin for Folders {
@@ -33,7 +34,7 @@ impl Plugin for Folders {
     }
 }
 
-/// The reader of `model.toml`.
+/// Reads models from `model.toml`.
 struct Texts;
 
 impl ModelReader for Texts {

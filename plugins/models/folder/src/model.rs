@@ -13,21 +13,21 @@ use crate::{
     wrong::{Result, Wrong},
 };
 
-/// A model that was read.
+/// A parsed model.
 pub struct Model {
-    /// The text of its file.
+    /// The contents of `model.toml`.
     pub text: String,
-    /// The text, parsed.
+    /// The parsed contents.
     pub doc: Document<String>,
-    /// Its parts.
+    /// The tables of the file with their ranges, in the order of the file.
     pub sections: Vec<Section>,
-    /// Its objects and imports, in the order of the file.
+    /// The objects and imports, in the order of the file.
     pub entries: Vec<Entry>,
     /// Index of the base in `entries`.
     pub base: usize,
-    /// Keys of its parameters, and defaults that depend on others.
+    /// Keys of the parameters, and their defaults if these are expressions.
     pub params: Vec<(String, Option<Computed>)>,
-    /// Its constants, which may be expressions, and the ranges of their values in the text.
+    /// Names and values of the constants, and the ranges of the values in the text. A value can be an expression.
     pub numbers: Vec<(String, Value, Range<usize>)>,
 }
 
@@ -64,7 +64,8 @@ pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
 
 /// Returns the error for a text that is not TOML.
 fn no_toml(text: &str, e: &toml_edit::TomlError) -> Wrong {
-    // Some errors, such as that of the recursion limit, have no position; the deepest bracket is then used.
+    // Some errors, such as an exceeded recursion limit, have no position. Report them at the most deeply nested
+    // bracket.
     let wrong = Wrong::new(format!("not a TOML file: {}", e.message())).at(e.span().or_else(|| deepest(text)));
     match text.contains("[[model]]") {
         true => wrong.help("in a file with `[model]`, models are placed by `[[object]]` with `model = ...`"),
@@ -114,14 +115,15 @@ fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, 
     Ok(out)
 }
 
-/// Reads `[model.slots]`. A slot is an object of the file, or may be one of a model or import that the file places.
+/// Reads `[model.slots]`. A slot must name an object of the file, unless the file places a model or import, whose
+/// objects are unknown here, or repeats an entry.
 fn slots(model: &dyn TableLike, entries: &[Entry]) -> Result<Vec<ModelSlot>> {
     let mut out = Vec::new();
     let aliases = || entries.iter().filter_map(|e| e.alias.as_deref());
     for (alias, table, place) in each(sub_table(model, "slots")?, "a slot")? {
         only(table, &["mount", "text", "payload_kg"], &format!("the slot `{alias}`"))?;
         if aliases().all(|a| a != alias) && !entries.iter().any(|e| e.opaque || e.repeat.is_some()) {
-            let wrong = Wrong::new(format!("no object has the alias `{alias}` of the slot"));
+            let wrong = Wrong::new(format!("the slot `{alias}` requires an object with this alias"));
             return Err(wrong.known(alias, aliases()).at(place));
         }
         let (mount, text) = (optional(table, "mount")?, optional(table, "text")?);
@@ -130,7 +132,7 @@ fn slots(model: &dyn TableLike, entries: &[Entry]) -> Result<Vec<ModelSlot>> {
     Ok(out)
 }
 
-/// Returns the payload of a slot, kg; 0 if it is not stated.
+/// Returns the maximum payload of a slot, kg, or 0 if the file does not declare it.
 fn payload(table: &dyn TableLike) -> Result<f64> {
     let Some(item) = table.get("payload_kg") else { return Ok(0.0) };
     let number = item.as_float().or_else(|| item.as_integer().map(|i| i as f64)).filter(|x| x.is_finite() && *x > 0.0);
@@ -139,7 +141,7 @@ fn payload(table: &dyn TableLike) -> Result<f64> {
     })
 }
 
-/// Returns the index of the base: the entry that `base` names, or the first one.
+/// Returns the index of the base: the entry with the alias in `base`, or the first entry if there is no `base`.
 fn base(model: &dyn TableLike, entries: &[Entry]) -> Result<usize> {
     let alias = optional(model, "base")?;
     let span = named_at(model, Some("base"));
@@ -151,6 +153,6 @@ fn base(model: &dyn TableLike, entries: &[Entry]) -> Result<usize> {
     }
     entries.iter().position(|e| e.alias.as_deref() == Some(&alias)).ok_or_else(|| {
         let aliases = entries.iter().filter_map(|e| e.alias.as_deref());
-        Wrong::new(format!("no object has the alias `{alias}`, which `base` names")).known(&alias, aliases).at(span)
+        Wrong::new(format!("`base`: no object has the alias `{alias}`")).known(&alias, aliases).at(span)
     })
 }

@@ -1,4 +1,4 @@
-//! `[model.params]`: parameters, which are declared like those of models in code.
+//! Reads `[model.params]`, the parameters of a model.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::{
 
 const KEYS: &[&str] = &["type", "unit", "range", "default", "choices", "count", "text"];
 const TYPES: &[&str] = &["float", "int", "bool", "text", "floats", "list"];
-/// Keys that every placed model has, and that therefore cannot be parameters.
+/// Keys of every placed model, which cannot be names of parameters.
 const TAKEN: &[&str] = &[
     "model",
     "file",
@@ -32,24 +32,24 @@ const TAKEN: &[&str] = &[
     "repeat",
 ];
 
-/// A default that depends on the parameters above it.
+/// A default that is computed from the parameters declared above it.
 pub struct Computed {
     expression: String,
     span: Option<Range<usize>>,
     declared: Declared,
 }
 
-/// The declaration of a parameter that its values must fit.
+/// The part of a parameter's declaration that its default must satisfy.
 struct Declared {
     kind: String,
     count: u32,
     choices: Vec<String>,
-    /// The declaration for the host, if it has a range.
+    /// The declaration as passed to the host, if the parameter has a range.
     ranged: Option<Param>,
 }
 
 impl Computed {
-    /// Returns the value, given those of the parameters above it.
+    /// Computes the default from the values of the parameters above it.
     pub fn value(&self, names: &Names, room: &Room) -> Result<Value> {
         let value = evaluate(&self.expression, names, room).and_then(|v| fallback(&self.declared, &v).map(|_| v));
         value.map_err(|e| e.at(self.span.clone()))
@@ -65,14 +65,14 @@ fn param((key, table, place): Named<'_>) -> Result<(Param, Option<Computed>)> {
     let what = format!("the parameter `{key}`");
     is_name(key).map_err(|e| e.at(place.clone()))?;
     if TAKEN.contains(&key) {
-        let wrong = Wrong::new(format!("`{key}` is a key of every placed model, and cannot be a parameter"));
+        let wrong = Wrong::new(format!("`{key}` cannot be a parameter, because every placed model has this key"));
         return Err(wrong.at(place));
     }
     only(table, KEYS, &what)?;
     let kind = required(table, "type", &what).map_err(|e| e.help(format!("type = one of {}", TYPES.join(", "))))?;
     let at = |key: &str| named_at(table, Some(key));
     let count = table.get("count").map_or(Some(0), |i| i.as_integer().and_then(|n| u32::try_from(n).ok()));
-    let count = count.ok_or_else(|| Wrong::new("`count`: expected a whole number").at(at("count")))?;
+    let count = count.ok_or_else(|| Wrong::new("`count`: expected a whole number, at least 0").at(at("count")))?;
     let mut param = match kind.as_str() {
         "float" => Param::float(key),
         "int" => Param::int(key),
@@ -96,14 +96,15 @@ fn param((key, table, place): Named<'_>) -> Result<(Param, Option<Computed>)> {
             return Err(Wrong::new("`range`: expected two numbers, the minimum and the maximum").at(at("range")));
         };
         if low > high {
-            return Err(Wrong::new(format!("`range`: {low} is greater than {high}")).at(at("range")));
+            let wrong = Wrong::new(format!("`range`: the minimum {low} is greater than the maximum {high}"));
+            return Err(wrong.at(at("range")));
         }
         param = param.range(*low, *high);
     }
     let choices = texts(table, "choices")?;
     let default = table.get("default").and_then(Item::as_value).and_then(Value::of_toml).ok_or_else(|| {
         let wrong = Wrong::new(format!("{what} has no default")).at(at("default"));
-        wrong.help("every parameter must have one, so that the model can be placed without parameters")
+        wrong.help("every parameter must have a default, because a model can be placed without parameters")
     })?;
     let ranged = table.contains_key("range").then(|| param.clone());
     let declared = Declared { kind, count, choices, ranged };
@@ -124,7 +125,7 @@ fn number(value: &toml_edit::Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
 }
 
-/// Converts the default to the host's form; returns an error if it does not fit the declaration.
+/// Converts a default to a value of the host, or returns an error if it does not satisfy the declaration.
 fn fallback(declared: &Declared, default: &Value) -> Result<Host> {
     let Declared { kind, count, choices, ranged } = declared;
     let wrong = |wanted: &str| Wrong::new(format!("`default`: expected {wanted}, found {}", default.describe()));
@@ -141,8 +142,8 @@ fn fallback(declared: &Declared, default: &Value) -> Result<Host> {
         },
         ("int", ..) => return Err(wrong("an integer")),
         ("bool", ..) => return Err(wrong("true or false")),
-        ("text", ..) => return Err(wrong("a text")),
-        ("floats", ..) => return Err(wrong("numbers")),
+        ("text", ..) => return Err(wrong("a string")),
+        ("floats", ..) => return Err(wrong("a list of numbers")),
         ("list", ..) => return Err(wrong("a list")),
         _ => return Err(wrong("a number")),
     };

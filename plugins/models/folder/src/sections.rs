@@ -15,24 +15,24 @@ pub struct Section {
     pub span: Range<usize>,
     /// The top-level key, such as "object".
     pub root: String,
-    /// The index of the `[[object]]` or `[[import]]` that it belongs to, in the order of the file.
+    /// The index of the `[[object]]` or `[[import]]` that contains the table, in the order of the file.
     pub entry: Option<usize>,
 }
 
 /// An `[[object]]` or `[[import]]`.
 #[derive(Debug, Clone, Default)]
 pub struct Entry {
-    /// Its alias, if it is written as a text.
+    /// The alias, if it is a string.
     pub alias: Option<String>,
-    /// Condition under which it is built, and the range of the condition in the text.
+    /// The value of `if`, the condition under which the entry is built, and the range of the value in the text.
     pub condition: Option<(Value, Range<usize>)>,
-    /// Number of repetitions, and the range of the number in the text.
+    /// The value of `repeat`, the number of repetitions, and the range of the value in the text.
     pub repeat: Option<(Value, Range<usize>)>,
     /// Ranges of keys and values that only this plugin reads.
     pub own: Vec<Range<usize>>,
-    /// Offset of its start.
+    /// Byte offset of its header.
     pub start: usize,
-    /// Whether it places a model or import, whose objects are not in this file.
+    /// Whether the entry places a model or import, whose objects are not in this file.
     pub opaque: bool,
 }
 
@@ -72,7 +72,7 @@ pub fn divide(doc: &Document<String>) -> Result<(Vec<Section>, Vec<Entry>)> {
 
 /// Collects the offsets of the headers of a table and of the tables within it.
 fn headers<'d>(table: &'d Table, of: (&'d str, Option<usize>), out: &mut Vec<(usize, &'d str, Option<usize>)>) {
-    // Tables without a header have no position.
+    // Tables without a header of their own start no section.
     if !table.is_implicit() && !table.is_dotted() {
         out.extend(table.span().map(|span| (span.start, of.0, of.1)));
     }
@@ -93,7 +93,10 @@ fn entry(text: &str, kind: &str, table: &Table) -> Result<Entry> {
         let Some(item) = table.get(key) else { continue };
         let span = item.span().unwrap_or_default();
         let value = item.as_value().and_then(Value::of_toml);
-        let value = value.ok_or_else(|| Wrong::new(format!("`{key}` is not a value")).at(Some(span.clone())))?;
+        let value = value.ok_or_else(|| {
+            Wrong::new(format!("`{key}`: expected a value or an expression, not a table or a date"))
+                .at(Some(span.clone()))
+        })?;
         let from = table.key(key).and_then(|k| k.span()).map_or(span.start, |k| k.start);
         if text[from..span.end].contains('\n') {
             return Err(Wrong::new(format!("`{key}` must be on one line")).at(Some(span)));

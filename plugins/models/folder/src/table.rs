@@ -1,4 +1,4 @@
-//! Reading of TOML tables: required keys and unknown keys.
+//! Reads TOML tables, and reports missing and unknown keys.
 
 use std::ops::Range;
 
@@ -9,13 +9,14 @@ use crate::{
     wrong::{Result, Wrong},
 };
 
-/// Returns the range of a key's value; without a key, or if the key is missing, that of the table's start.
+/// Returns the range of a key's value. Without a key, or if the key is missing, returns the range of the table's first
+/// key.
 pub fn named_at(table: &dyn TableLike, key: Option<&str>) -> Option<Range<usize>> {
     let of = |key: &str| table.get(key).and_then(Item::span).or_else(|| table.key(key).and_then(|k| k.span()));
     key.and_then(of).or_else(|| table.iter().find_map(|(k, _)| table.key(k).and_then(|k| k.span())))
 }
 
-/// Returns an error if a key is unknown.
+/// Returns an error if the table has a key that is not in `known`.
 pub fn only(table: &dyn TableLike, known: &[&str], what: &str) -> Result {
     match table.iter().find(|(k, _)| !known.contains(k)) {
         None => Ok(()),
@@ -26,14 +27,14 @@ pub fn only(table: &dyn TableLike, known: &[&str], what: &str) -> Result {
     }
 }
 
-/// Returns a text, or an empty one if the key is missing.
+/// Returns the string of a key, or an empty string if the key is missing.
 pub fn optional(table: &dyn TableLike, key: &str) -> Result<String> {
     let Some(item) = table.get(key) else { return Ok(String::new()) };
     let text = item.as_str().map(str::to_owned);
-    text.ok_or_else(|| Wrong::new(format!("`{key}`: expected a text")).at(named_at(table, Some(key))))
+    text.ok_or_else(|| Wrong::new(format!("`{key}`: expected a string")).at(named_at(table, Some(key))))
 }
 
-/// Returns a required text.
+/// Returns the string of a key, or an error if the key is missing or the string is empty.
 pub fn required(table: &dyn TableLike, key: &str, what: &str) -> Result<String> {
     match optional(table, key)? {
         text if text.is_empty() => Err(Wrong::new(format!("{what} has no `{key}`")).at(named_at(table, None))),
@@ -41,26 +42,26 @@ pub fn required(table: &dyn TableLike, key: &str, what: &str) -> Result<String> 
     }
 }
 
-/// Returns a text or a list of texts.
+/// Returns a list of strings. A single string becomes a list of one, and a missing key an empty list.
 pub fn texts(table: &dyn TableLike, key: &str) -> Result<Vec<String>> {
     let Some(list) = table.get(key).and_then(Item::as_array) else {
         return optional(table, key).map(|t| if t.is_empty() { Vec::new() } else { vec![t] });
     };
     let all: Option<Vec<String>> = list.iter().map(|v| v.as_str().map(str::to_owned)).collect();
-    all.ok_or_else(|| Wrong::new(format!("`{key}`: expected texts")).at(named_at(table, Some(key))))
+    all.ok_or_else(|| Wrong::new(format!("`{key}`: expected a list of strings")).at(named_at(table, Some(key))))
 }
 
-/// Returns a table within a table, or `None` if it is missing.
+/// Returns the table of a key, or `None` if the key is missing.
 pub fn sub_table<'t>(table: &'t dyn TableLike, key: &str) -> Result<Option<&'t dyn TableLike>> {
     let Some(item) = table.get(key) else { return Ok(None) };
     let inner = item.as_table_like().map(Some);
     inner.ok_or_else(|| Wrong::new(format!("`{key}` is not a table")).at(named_at(table, Some(key))))
 }
 
-/// A table with its name, and the range of the name.
+/// The name of a table, the table, and the range of the name.
 pub type Named<'t> = (&'t str, &'t dyn TableLike, Option<Range<usize>>);
 
-/// Returns the tables within a table, by name.
+/// Returns the named tables within a table; each entry must be a table.
 pub fn each<'t>(table: Option<&'t dyn TableLike>, what: &str) -> Result<Vec<Named<'t>>> {
     let Some(table) = table else { return Ok(Vec::new()) };
     let entry = |(name, item): (&'t str, &'t Item)| match item.as_table_like() {
@@ -70,15 +71,15 @@ pub fn each<'t>(table: Option<&'t dyn TableLike>, what: &str) -> Result<Vec<Name
     table.iter().map(entry).collect()
 }
 
-/// Checks that expressions can use a name.
+/// Returns an error if expressions cannot refer to a name.
 pub fn is_name(name: &str) -> Result {
     let fits = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if name.starts_with(|c: char| c.is_ascii_digit()) || !name.chars().all(fits) || name.is_empty() {
-        let wrong = Wrong::new(format!("`{name}` cannot be a name in expressions"));
-        return Err(wrong.help("use letters, digits and `_`, such as wheel_radius"));
+        let wrong = Wrong::new(format!("`{name}` is not a valid name for expressions"));
+        return Err(wrong.help("use letters, digits and `_`, and start with a letter or `_`, such as wheel_radius"));
     }
     if RESERVED.contains(&name) {
-        return Err(Wrong::new(format!("`{name}` has a meaning in expressions")).help("choose another name"));
+        return Err(Wrong::new(format!("`{name}` is a reserved name in expressions")).help("choose another name"));
     }
     Ok(())
 }

@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use tatu_plugin_api::safe::Fail;
 
-/// An error, and its range in the text.
+/// An error in the text of a model, and its range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wrong {
-    /// The message: what is wrong, and what was expected.
+    /// The message, which states what is wrong and what was expected.
     pub text: String,
-    /// The hint.
+    /// A hint at how to fix the error.
     pub help: Option<String>,
-    /// The range of the text; `None` for the whole text.
+    /// The byte range of the error; `None` for the whole text.
     pub span: Option<Range<usize>>,
 }
 
@@ -28,12 +28,12 @@ impl Wrong {
         self.help = Some(text.into());
         self
     }
-    /// Adds a range, unless there is one.
+    /// Sets the range, unless the error already has one.
     pub fn at(mut self, span: Option<Range<usize>>) -> Self {
         self.span = self.span.or(span);
         self
     }
-    /// Adds the hint "did you mean ...?" or, if no known name is similar, the list of them.
+    /// Adds the hint "did you mean ...?" or, if no known name is similar, the list of known names.
     pub fn known<'a>(self, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         let known: Vec<&str> = known.into_iter().collect();
         let distance = |k: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase());
@@ -41,10 +41,10 @@ impl Wrong {
         match near.filter(|(d, k)| *d <= 1 + k.len().max(name.len()) / 4) {
             Some((_, near)) => self.help(format!("did you mean `{near}`?")),
             None if known.is_empty() => self,
-            None => self.help(format!("known are {}", known.join(", "))),
+            None => self.help(format!("the known names are {}", known.join(", "))),
         }
     }
-    /// Returns the error for the host, with its line.
+    /// Converts the error for the host. Its line is computed from the range in `text`; `name` is the name of the file.
     pub fn in_text(self, name: &str, text: &str) -> Fail {
         let line = self.span.map_or(0, |s| 1 + text.bytes().take(s.start).filter(|b| *b == b'\n').count());
         let fail = Fail::new(self.text).at(name, line as u64);

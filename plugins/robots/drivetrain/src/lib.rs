@@ -1,9 +1,9 @@
 //! Kinematics of wheeled robots: converts a velocity of the robot to velocities of its joints, and the motion of the
-//! joints to the motion of the robot. The wheels are those that `object.drive` declares, and are assumed not to slip.
+//! joints to the motion of the robot. The property `object.drive` declares the wheels, which are assumed not to slip.
 //!
 //! Velocities refer to the centre of the driven axle: forward and to the left in m/s, counter-clockwise in rad/s.
 
-#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values of tests need not be reproducible"))]
 
 use nalgebra::{Matrix3, Vector3};
 use tatu_plugin_api::{
@@ -11,7 +11,7 @@ use tatu_plugin_api::{
     safe::{Fail, Prop, Result, ValueRef, World},
 };
 
-/// Maximum steering angle, 85 degrees, because no steered robot can turn on the spot.
+/// Maximum steering angle, rad. It is less than 90 degrees because a steered robot cannot turn on the spot.
 const STEEPEST: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
 /// A driven joint, and the sign of its rotation when the robot drives forward.
@@ -47,7 +47,7 @@ pub struct Drivetrain {
     pub axle: f64,
 }
 
-/// State of the joints at one time; forward rotation and steering to the left are positive.
+/// The state of the joints at one instant. Forward rotation and steering to the left are positive.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Stand {
     /// Positions of the driven joints, rad; those of joints without limits wrap around after a full turn.
@@ -64,12 +64,12 @@ impl Stand {
         use std::f64::consts::TAU;
         let speeds = self.speeds.iter().zip(&before.speeds).map(|(a, b)| (a + b) / 2.0);
         let ways = self.driven.iter().zip(&before.driven).map(|(now, then)| now - then);
-        // Adds as many whole turns as the velocities imply.
+        // Add the number of whole turns that the mean velocity implies.
         ways.zip(speeds).map(|(way, speed)| way + TAU * ((speed * dt - way) / TAU).round()).collect()
     }
 }
 
-/// Interned keys of the properties used.
+/// Interned keys of the properties that a drivetrain reads and writes.
 #[derive(Debug, Clone, Copy)]
 pub struct Props {
     /// `object.drive`
@@ -98,8 +98,8 @@ impl Props {
 }
 
 impl Drivetrain {
-    /// Returns the drive of a robot, given its base, or `None` if it declares none. It is an error if a declared joint
-    /// does not exist.
+    /// Returns the drivetrain that a robot's base declares, or `None` if it declares none. Returns an error if a
+    /// declared joint does not exist.
     pub fn of(world: &World<'_>, p: &Props, base: tatu_object) -> Result<Option<Self>> {
         let told = world.get(base, p.drive)?;
         if told.is_empty() {
@@ -121,8 +121,8 @@ impl Drivetrain {
         Ok(Some(Drivetrain { form, driven, steering, radius, track, axle: number("axle") }))
     }
 
-    /// Sets the targets of the joints for a velocity, as far as the drive can reach it: a differential drive cannot
-    /// move to the left, a steered one cannot turn on the spot.
+    /// Sets the targets of the joints for a velocity, as closely as the drive permits: a differential drive cannot move
+    /// sideways, and a steered drive cannot turn on the spot.
     pub fn drive(&self, world: &World<'_>, p: &Props, twist: [f64; 3]) -> Result {
         let angles = self.angles(twist);
         for (wheel, angle) in self.steering.iter().zip(&angles) {
@@ -146,8 +146,8 @@ impl Drivetrain {
         })
     }
 
-    /// Returns the robot's motion, given the rotation of its driven joints (rad, or rad/s for a velocity) and the
-    /// steering angles.
+    /// Returns the motion of the robot for a rotation of its driven joints and for steering angles, rad. If the
+    /// rotation is in rad, the motion is a displacement in m and rad; if it is in rad/s, the motion is a velocity.
     pub fn motion(&self, turns: &[f64], steered: &[f64]) -> [f64; 3] {
         let mean = |from: usize| {
             let some: Vec<f64> = turns.iter().skip(from).step_by(2).copied().collect();
@@ -161,18 +161,18 @@ impl Drivetrain {
         }
     }
 
-    /// Returns the curvature of the path, 1/m; to the left is positive.
+    /// Returns the curvature of the path, 1/m; it is positive for a left turn.
     fn curvature(&self, wheelbase: f64, steered: &[f64]) -> f64 {
         let of = |(i, angle): (usize, &f64)| {
             let t = libm::tan(*angle);
-            // The left wheel turns about the same point, at a different distance.
+            // Both wheels of a pair move about the same point, at different distances.
             let side = if steered.len() == 1 { 0.0 } else { self.side(i) };
             t / (wheelbase + side * t)
         };
         steered.iter().enumerate().map(of).sum::<f64>() / steered.len().max(1) as f64
     }
 
-    /// Returns the lateral position of the i-th wheel of the pairs; to the left is positive.
+    /// Returns the lateral position of wheel `i`, m; left is positive. Left and right wheels alternate.
     fn side(&self, i: usize) -> f64 {
         if i.is_multiple_of(2) { self.track / 2.0 } else { -self.track / 2.0 }
     }
@@ -189,7 +189,8 @@ impl Drivetrain {
         (0..self.driven.len()).map(of).collect()
     }
 
-    /// Returns the steering angles. If the robot does not move, its wheels stay straight.
+    /// Returns the steering angles, rad. The wheels point straight ahead if the robot does not turn or does not move
+    /// forward or backward.
     fn angles(&self, [vx, _, wz]: [f64; 3]) -> Vec<f64> {
         let Form::Ackermann { wheelbase } = self.form else { return Vec::new() };
         let of = |i: usize| {
@@ -197,7 +198,7 @@ impl Drivetrain {
                 return 0.0;
             }
             let side = if self.steering.len() == 1 { 0.0 } else { self.side(i) };
-            // The wheel's axle must point at the centre of the turn.
+            // The axle of the wheel must point to the centre of the turn.
             let radius = vx / wz - side;
             libm::atan(wheelbase / radius).clamp(-STEEPEST, STEEPEST)
         };
@@ -210,12 +211,12 @@ fn wheel(world: &World<'_>, base: tatu_object, path: ValueRef<'_>) -> Result<Whe
     let (path, sign) = text.strip_prefix('-').map_or((&*text, 1.0), |path| (path, -1.0));
     let joint = world.find(base, path).map_err(|_| {
         Fail::missing(format!("the drive's joint `{path}` does not exist"))
-            .help("paths of `object.drive` are relative to its object")
+            .help("the paths in `object.drive` are relative to the object with this property")
     })?;
     Ok(Wheel { joint, sign })
 }
 
-/// Returns, for each wheel with rollers, the velocity of its rim for each motion of the robot.
+/// Returns the coefficients of `Form::Omni` for each wheel.
 fn rows(track: f64, wheelbase: f64, angles: &[f64]) -> Vec<[f64; 3]> {
     if angles.is_empty() {
         // Mecanum: rollers at 45 degrees, in an X seen from above.
@@ -225,8 +226,8 @@ fn rows(track: f64, wheelbase: f64, angles: &[f64]) -> Vec<[f64; 3]> {
     angles.iter().map(|a| [-libm::sin(*a), libm::cos(*a), track / 2.0]).collect()
 }
 
-/// Returns the motion that best fits the rotation of all wheels: solves the normal equations, which are positive
-/// definite if the wheels are apart.
+/// Returns the motion that best fits the rotation of all wheels, by solving the normal equations, or zero if the wheels
+/// do not determine the motion.
 fn least_squares(rows: &[[f64; 3]], turns: &[f64], radius: f64) -> [f64; 3] {
     let (mut squares, mut way) = (Matrix3::zeros(), Vector3::zeros());
     for (row, turn) in rows.iter().zip(turns) {
@@ -268,7 +269,7 @@ mod tests {
     #[test]
     fn whole_turns_are_counted() {
         let stand = |at: f64| Stand { driven: vec![at], speeds: vec![100.0], steered: vec![] };
-        // The joint turns from 3 rad by 5 rad, and reports the remainder after whole turns.
+        // The joint rotates from 3 rad to 8 rad, but its position wraps around at a whole turn.
         let turns = stand(8.0 - std::f64::consts::TAU).turns_since(&stand(3.0), 0.05);
         assert!((turns[0] - 5.0).abs() < 1e-12, "{turns:?}");
     }

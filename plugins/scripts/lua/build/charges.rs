@@ -3,11 +3,12 @@
 //!
 //! Lua calls its hook only after instructions. These edits also charge all work that a script can make arbitrarily
 //! long: calls of the C interface that may run metamethods (and thereby every library loop over a table), loops over
-//! bytes, nodes, values and tokens, and conversions of numbers. Functions that may raise an error do so when the budget
-//! is spent; in all others the next instruction does. `docs/reference/script-costs.md` lists the functions.
+//! bytes, nodes, values and tokens, and conversions of numbers. When the budget is spent, functions that may raise an
+//! error do so; after all other functions, the next instruction raises it. `docs/reference/script-costs.md` lists the
+//! functions.
 //!
-//! Each original text must occur exactly once in its file, otherwise the build fails: every edit must be reviewed when
-//! Lua is updated.
+//! Each original text must occur exactly once in its file. Otherwise the build fails, because every edit must be
+//! reviewed when Lua is updated.
 
 /// The edits: file, original text, and its replacement.
 pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
@@ -35,7 +36,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "  struct lua_State *tatu_before = tatu_lua_enter(L);\n  status = luaE_resetthread(L, L->status);\n  \
          tatu_lua_enter(tatu_before);\n  lua_unlock(L);",
     ),
-    // The C interface: functions that may run a metamethod or a function, and so may raise an error.
+    // The C interface: functions that may run a metamethod or a function, and that may therefore raise an error.
     (
         "lapi.c",
         "void lua_arith (lua_State *L, int op) {\n  lua_lock(L);\n",
@@ -293,7 +294,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "  if (n <= 0)\n    lua_pushliteral(L, \"\");\n",
         "  if (n <= 0 || l + lsep == 0)\n    lua_pushliteral(L, \"\");\n",
     ),
-    // Raises the error for a string longer than the memory before filling it.
+    // The charge follows the allocation, so that a string that exceeds the memory is refused first.
     (
         "lstrlib.c",
         "    char *p = luaL_buffinitsize(L, &b, totallen);\n",

@@ -1,11 +1,11 @@
 //! Allocator of a Lua state: a slot of reserved address space in which addresses have the same low 32 bits in every
 //! run.
 //!
-//! Lua hashes tables, functions and threads by the low 32 bits of their addresses; the order in which `pairs` visits
-//! such keys is reproducible only if these bits are. Every slot begins at a multiple of 4 GiB, and the position of
-//! blocks in it depends only on the script. There is one free list per size class; new blocks are allocated at the end;
-//! blocks are never split or merged. If the system cannot reserve address space, the system's allocator is used, and
-//! the order of such keys is not reproducible.
+//! Lua hashes tables, functions and threads by the low 32 bits of their addresses, so the order in which `pairs` visits
+//! such keys is reproducible only if these bits are reproducible. Every slot begins at a multiple of 4 GiB, and the
+//! position of blocks in it depends only on the script. There is one free list per size class; new blocks are allocated
+//! at the end; blocks are never split or merged. If the system cannot reserve address space, the system's allocator is
+//! used, and the order of such keys is not reproducible.
 
 mod region;
 #[cfg(test)]
@@ -26,10 +26,10 @@ pub(crate) const SLOT_BYTES: usize = 256 << 20;
 /// Number of bytes committed at a time; less than a huge page, so that a small state does not occupy one.
 const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
-/// Size, in bytes, from which filling a block takes longer than the instruction that allocates it, so that each byte is
-/// charged.
+/// Minimum size, in bytes, of blocks of which each byte is charged: filling such a block takes longer than the
+/// instruction that allocates it.
 const LARGE: usize = 4096;
-/// Number of cache lines among which the first block of a slot is placed.
+/// Number of cache lines at the start of a slot; the first block begins at one of them, chosen by the seed.
 const FIRST_LINES: u64 = 4096;
 const LINE: usize = 64;
 const CLASSES: usize = 32 + 4 * 20;
@@ -50,21 +50,22 @@ pub(crate) struct Slot {
     limit: Cell<usize>,
     /// Whether the system refused memory before the limit was reached.
     refused: Cell<bool>,
-    /// The callback for running out of memory.
+    /// Called when an allocation would exceed the memory limit.
     pub full: Cell<Option<Listener>>,
     free: [Cell<*mut u8>; CLASSES],
     /// Whether the free lists may be unsorted, or there may be free blocks at the end.
     unsorted: Cell<bool>,
 }
 
-/// Saved content of a slot.
+/// A copy of the content of a slot, with its free lists.
 pub(crate) struct Backup {
     content: Vec<u8>,
     used: usize,
     free: Vec<*mut u8>,
 }
 
-/// Returns the size class and its block size: steps of 16 bytes, then four classes per power of two.
+/// Returns the size class for `bytes`, and the block size of that class. Small classes differ by 16 bytes; above
+/// `SMALL`, there are four classes per power of two.
 fn class(bytes: usize) -> (usize, usize) {
     if bytes <= SMALL {
         let c = bytes.div_ceil(16).max(1);
@@ -227,8 +228,8 @@ impl Slot {
 
     fn report_full(&self, grown: *const u8) {
         if let Some((callback, argument)) = self.full.get() {
-            // SAFETY: the state that set the callback owns this slot and is the callback's argument, so it is alive as
-            // long as the slot allocates.
+            // SAFETY: the state that set the callback owns this slot and is the callback's argument, so it is alive
+            // while the slot allocates.
             unsafe { callback(argument, grown) };
         }
     }
@@ -305,7 +306,8 @@ pub(crate) unsafe extern "C" fn lua_alloc(
         if !shrinks {
             return null_mut();
         }
-        // Lua requires shrinking to succeed: the block keeps its address with the smaller size, and its tail is lost.
+        // Lua requires that shrinking succeeds. The block keeps its address and gets the smaller size; its tail is
+        // lost.
         if slot.is_mapped() {
             slot.used.set(slot.used.get() - from.1 + to.1);
         }

@@ -1,4 +1,4 @@
-//! Cache of compiled chunks that every state loads: loading bytecode takes a fraction of the time of compiling, and
+//! Cache of compiled chunks that every state loads. Loading bytecode takes a fraction of the time of compilation, and
 //! creates no garbage.
 
 use std::{

@@ -9,7 +9,7 @@ pub(crate) enum Kind {
     Space,
     /// A name or a keyword.
     Name,
-    /// A number.
+    /// A numeral.
     Number,
     /// A quoted string.
     String,
@@ -32,7 +32,7 @@ impl<'a> Tokens<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
         Tokens { text, at: 0 }
     }
-    /// Returns the length of the long bracket `[==[ ... ]==]` at `at`, if there is one.
+    /// Returns the length of the string in long brackets, `[==[ ... ]==]`, that starts at `at`, if any.
     fn long(&self, at: usize) -> Option<usize> {
         let rest = self.text[at..].strip_prefix(b"[")?;
         let level = rest.iter().take_while(|c| **c == b'=').count();
@@ -102,8 +102,8 @@ impl<'a> Iterator for Tokens<'a> {
     }
 }
 
-/// Returns the names and operators in a script, sorted and unique: names, keywords, qualified names with their prefixes
-/// (`robot.arm.grip`), operators, `require NAME`. Comments and strings are ignored.
+/// Returns the words of a script, sorted and unique: names, keywords, qualified names (`robot.arm.grip`) with their
+/// prefixes, operators, and `require NAME` for modules. Comments and strings are ignored.
 pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     let mut out: Vec<Vec<u8>> = Vec::new();
     let (mut path, mut open, mut require) = (Vec::new(), false, false);
@@ -141,8 +141,8 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     out
 }
 
-/// Returns each `X` whose block is not empty if a script consists only of `if variable == X then ... end` blocks; for
-/// other values of the variable, such a script does nothing. Returns `None` if the script has any other form.
+/// Returns the values `X` with a non-empty block, if a script consists only of blocks `if variable == X then ... end`;
+/// for other values of the variable, such a script does nothing. Returns `None` if the script has any other form.
 pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u8]>> {
     let tokens: Vec<&[u8]> =
         Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space).map(|(_, token)| token).collect();
@@ -194,7 +194,7 @@ fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
 pub(crate) fn to_lua54(text: &[u8]) -> Cow<'_, [u8]> {
     let mut out = Vec::new();
     let mut same = true;
-    // Labels only occur in scripts that use the statement `goto`.
+    // Labels occur only in scripts that use the statement `goto`.
     let labels = Tokens::new(text).any(|t| t == (Kind::Operator, b"::"));
     for (kind, token) in Tokens::new(text) {
         let before = out.len();
@@ -237,7 +237,7 @@ fn escapes(quoted: &[u8], out: &mut Vec<u8>) {
 
 /// A function whose `end` has not been reached yet, for [`arguments`].
 struct Function {
-    /// Number of open blocks.
+    /// Number of blocks that are open within the function.
     depth: u32,
     /// Start of the body, if the parameters end with `...`.
     varargs: Option<usize>,
@@ -245,7 +245,7 @@ struct Function {
     uses_dots: bool,
 }
 
-/// Returns the positions at which the bodies of vararg functions begin that use `arg` but not `...`.
+/// Returns the start positions of the bodies of vararg functions that use `arg` but not `...`.
 fn arguments(text: &[u8]) -> Vec<usize> {
     if !text.windows(3).any(|w| w == b"arg") {
         return Vec::new();

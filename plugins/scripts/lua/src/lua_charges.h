@@ -1,5 +1,6 @@
-/* Included before every file of Lua: functions by which C code charges its work to the budget of a call, so that no
- * loop in C is free. `build/charges.rs` inserts these calls into Lua's files; `run/budget.rs` sets the limit. */
+/* Included before every file of Lua. Declares functions by which C code charges its work to the budget of a call, so
+ * that scripts cannot run long loops in C without a charge. `build/charges.rs` inserts calls of these functions into
+ * Lua's files; `run/budget.rs` sets the limit. */
 #ifndef TATU_LUA_CHARGES_H
 #define TATU_LUA_CHARGES_H
 
@@ -16,7 +17,7 @@ struct lua_State;
 /* Length up to which a collision chain is not charged, because such chains occur by chance. */
 #define TATU_CHAIN 32
 
-/* Charges units, and raises an error once the budget is spent; for functions that may raise errors. */
+/* Charges units, and raises an error if the budget is spent. Only functions that may raise errors can call this. */
 void tatu_lua_charge(struct lua_State *L, unsigned long long units);
 /* Charges units; once the budget is spent, the next instruction raises the error. */
 void tatu_lua_count(struct lua_State *L, unsigned long long units);

@@ -1,9 +1,9 @@
-/* Access to internals of Lua 5.4, compiled against Lua's own headers and with Lua's own flags. `lua_internals.rs`
+/* Accesses internals of Lua 5.4. This file is compiled with Lua's own headers and flags. `lua_internals.rs`
  * documents each function, how it is checked, and what happens if the check fails. */
 
 #define LUA_CORE
 
-/* The build renames `strspn` in Lua's files; this file uses the one of the C library. */
+/* The build renames `strspn` in Lua's files; this file uses the function of the C library. */
 #undef strspn
 #undef fmod
 
@@ -56,7 +56,7 @@ int *tatu_lua_hook_count(lua_State *L) {
   return &L->hookcount;
 }
 
-/* Returns the address of two adjacent numbers, the used units and the limit; NULL if they are not adjacent. */
+/* Returns the address of the used units, which the limit must follow directly in memory; NULL if it does not. */
 unsigned long long *tatu_lua_meter(lua_State *L) {
   return offsetof(global_State, tatu_limit) == offsetof(global_State, tatu_used) + sizeof(unsigned long long)
              ? &G(L)->tatu_used : NULL;
@@ -95,7 +95,7 @@ void tatu_lua_count_here(unsigned long long units) {
   if (running) tatu_lua_count(running, units);
 }
 
-/* Charges one step per bit by which the exponents differ; small differences are not charged. */
+/* `fmod` takes one step per bit by which the exponents differ. Large differences are charged; small ones are free. */
 double tatu_lua_fmod(double x, double y) {
   int a, b;
   frexp(x, &a);
@@ -130,8 +130,8 @@ unsigned int tatu_lua_seed(lua_State *L) {
   return G(L)->seed;
 }
 
-/* Returns whether the cache of C strings has one entry. The field behind the cache shows whether Lua was compiled
- * with the same size. */
+/* Returns whether the cache of C strings has a single entry. If Lua was compiled with another size, the field that
+ * follows the cache is at another offset, which this function detects. */
 int tatu_lua_has_small_string_cache(lua_State *L) {
   lua_setwarnf(L, NULL, L);
   return STRCACHE_N * STRCACHE_M == 1 && G(L)->ud_warn == L;
@@ -176,7 +176,7 @@ unsigned int tatu_lua_limit(const Table *t, int *is_hint) {
   return t->alimit;
 }
 
-/* Sets the limit of the array part; returns 0 if that would change the array's size. */
+/* Sets the limit of the array part. Returns 0, and sets nothing, if that would change the array's size. */
 int tatu_lua_set_limit(Table *t, unsigned int limit, int is_hint) {
   Table changed = *t;
   changed.alimit = limit;

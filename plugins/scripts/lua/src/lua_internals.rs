@@ -7,7 +7,7 @@
 //! |---|---|---|---|
 //! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in a different order in each run | [`problems`], at start | error in the log |
 //! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by their address, which would decide when a string is collected | [`problems`], at start | error in the log |
-//! | `lua_math.h` before every file | sine and similar functions of the C library give different bits with a different library or processor | a test compares bits of them | the test fails |
+//! | `lua_math.h` before every file | the results of functions such as `sin` depend on the C library and the processor | a test compares their bits | the test fails |
 //! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
 //! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
 //! | `build/charges.rs`, `lua_charges.h` | loops in C are charged to the budget | the build finds each edited text; [`meter`], in each state | C code is not charged |
@@ -15,9 +15,9 @@
 //! | `lua_State.stack`, `CallInfo.func` | where a script ran out of memory, even while its stack was growing | a test | no position is reported |
 //! | `Table`, `Node` | snapshots restore keys to their nodes, so that `pairs` continues in the same order | [`knows_tables`], before each snapshot | snapshots are refused, and the run is replayed |
 //! | hashes of strings and floats | main positions of keys in a restored table | all nodes are verified after a restore | the snapshot is refused |
-//! | `Proto` | snapshots refer to functions by their index in a text | a function is looked up by its bytecode | the snapshot is refused |
+//! | `Proto` | snapshots refer to functions by their index in a source | a function is looked up by its bytecode | the snapshot is refused |
 //!
-//! Lua also hashes objects by the low 32 bits of their addresses; `alloc` makes these repeat in every run.
+//! Lua also hashes objects by the low 32 bits of their addresses; `alloc` ensures that these are the same in every run.
 
 use std::{
     cell::Cell,
@@ -87,10 +87,10 @@ pub(crate) fn problems() -> Vec<&'static str> {
             return problems;
         }
         if tatu_lua_seed(l) != SEED {
-            problems.push("Lua's hash seed is not fixed: the order of `pairs` may differ in each run");
+            problems.push("Lua's hash seed is not fixed: the order of `pairs` may differ between runs");
         }
         if tatu_lua_has_small_string_cache(l) == 0 {
-            problems.push("Lua caches strings by address: garbage may be collected at different times in each run");
+            problems.push("Lua caches strings by address: the times of garbage collections may differ between runs");
         }
         defer_gc(l, 1);
         if tatu_lua_gc_debt(l) != -1024 {
@@ -116,9 +116,9 @@ pub(crate) unsafe fn defer_gc(l: *mut lua_State, kib: c_int) {
     lua_gc(l, LUA_GCSTEP, -kib);
 }
 
-/// Number format of this OS thread while the value is alive: whether a float with an integral value is written as `5`,
-/// as in Lua 5.1, or as `5.0`. Lua formats numbers in a single function, which calls `strspn` to decide whether to
-/// append ".0". The build replaces `strspn`, so that the format applies to `..` and `string.format` as well as to
+/// Sets the number format of this OS thread while the value is alive: whether a float with an integral value is written
+/// as `5`, as in Lua 5.1, or as `5.0`. Lua formats numbers in a single function, which calls `strspn` to decide whether
+/// to append ".0". The build replaces `strspn`, so that the format applies to `..` and `string.format` as well as to
 /// `tostring`, at no cost.
 pub(crate) struct NumberFormat(c_int);
 
@@ -154,7 +154,7 @@ pub(crate) struct Meter {
     pub limit: Cell<u64>,
 }
 
-/// Units per instruction; below, units per byte that is examined individually.
+/// Units per instruction, and units per byte that is examined individually.
 pub(crate) const INSTRUCTION: u64 = 64;
 pub(crate) const BYTE: u64 = 16;
 
@@ -186,15 +186,15 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // SAFETY: `self.0` is null or the thread that was running when this value was created; its own `Running` still
-        // lives, so the thread does too.
+        // SAFETY: `self.0` is null, or the thread that was running when this value was created. The `Running` of that
+        // thread is still alive, so the thread is alive, too.
         unsafe { tatu_lua_enter(self.0) };
     }
 }
 
 /// Calls `look`, which examines the running functions of a thread, while the allocator refuses to grow `block`. If
-/// `block` is the stack, Lua has converted all pointers into it to offsets; they are restored for `look`, because
-/// dereferencing an offset would crash.
+/// `block` is the stack, Lua has converted all pointers into the stack to offsets. The pointers are restored for
+/// `look`, because dereferencing an offset would crash.
 ///
 /// # Safety
 /// Only the allocator may call this; `look` may only read which functions run.
@@ -231,7 +231,7 @@ pub(crate) enum Key<'a> {
     Text(&'a [u8]),
     /// A table, function, coroutine or userdata.
     Object,
-    /// A key that was collected; its node has no value.
+    /// A key that has been collected; its node has no value.
     Dead,
 }
 
@@ -258,7 +258,8 @@ impl RawTable {
         let limit = tatu_lua_limit(self.0, &mut is_hint);
         (limit, is_hint != 0)
     }
-    /// Sets the limit and whether it is a hint; returns false if that would change the size of the array.
+    /// Sets the limit and whether it is a hint. Returns false, and sets nothing, if that would change the size of the
+    /// array.
     pub(crate) unsafe fn set_limit(self, limit: u32, is_hint: bool) -> bool {
         tatu_lua_set_limit(self.0, limit, c_int::from(is_hint)) != 0
     }
@@ -290,7 +291,7 @@ impl RawTable {
     }
 }
 
-/// Returns whether the nodes of a table with known content are read correctly.
+/// Returns whether `RawTable` reads the nodes of a table with known content correctly.
 ///
 /// # Safety
 /// Must run in protected mode, with five free stack slots.

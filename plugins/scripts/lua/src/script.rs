@@ -36,20 +36,21 @@ impl Deref for Script {
 impl Script {
     pub(crate) fn new(world: &World<'_>, instance: Instance) -> Result<Self> {
         let host = world.host();
-        let commands = Commands::of(host)
-            .ok_or_else(|| Fail::unsupported("this host does not offer the command service, so scripts cannot run"))?;
+        let commands = Commands::of(host).ok_or_else(|| {
+            Fail::unsupported("this host does not provide the command service, so scripts cannot run")
+        })?;
         let slot = Slot::new(instance.seed);
         static TOLD: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
         if !slot.is_mapped() && cfg!(unix) && !TOLD.swap(true, std::sync::atomic::Ordering::Relaxed) {
-            let text = "Lua: the system has too little address space for a script: the order in which `pairs` visits \
-                        keys that are tables or functions may differ in each run; raise the limit (`ulimit -v`)";
+            let text = "Lua: the address space is too small for a script, so the order in which `pairs` visits keys \
+                        that are tables or functions may differ between runs; raise the limit (`ulimit -v`)";
             world.log(TATU_LOG_WARNING, text.as_bytes());
         }
         // SAFETY: `lua_alloc` gets the slot as its argument; the slot is boxed, so its address is stable, and it is
         // dropped after the state is closed.
         let main = unsafe { lua_newstate(lua_alloc, (&raw const *slot).cast_mut().cast()) };
         if main.is_null() {
-            return Err(Fail::new("not enough memory for a Lua state"));
+            return Err(Fail::new("there is not enough memory for a new Lua state"));
         }
         let state = Box::new(State {
             main,

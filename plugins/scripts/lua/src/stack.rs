@@ -4,7 +4,7 @@ use mlua_sys::*;
 
 /// Keys in Lua's registry; 1 and 2 are reserved by Lua.
 pub(crate) mod reg {
-    /// The compiled script.
+    /// The compiled source of the script, a function.
     pub const CHUNK: i64 = 10;
     /// Functions passed to the host for the duration of a call: id -> function.
     pub const BORROWED: i64 = 11;
@@ -14,17 +14,17 @@ pub(crate) mod reg {
     pub const WAITS: i64 = 13;
     /// Results of finished waits: token -> packed results.
     pub const DONE: i64 = 14;
-    /// Numbers shown instead of addresses: object -> number.
+    /// Numbers that scripts are shown instead of addresses: object -> number.
     pub const NUMBERS: i64 = 15;
     /// Namespace tables: prefix -> table ("" for the globals).
     pub const SCOPES: i64 = 16;
-    /// Metatable of files.
+    /// Metatable of the userdata of files.
     pub const FILE: i64 = 17;
     /// Coroutines created by the plugin: coroutine -> true.
     pub const THREADS: i64 = 18;
-    /// Modules loaded by `require`.
+    /// Modules loaded by `require`: name -> value.
     pub const LOADED: i64 = 19;
-    /// Objects that existed before the script ran: number -> object.
+    /// Objects that existed before the script ran: index -> object.
     pub const BASELINE: i64 = 20;
     /// Objects of a snapshot, while it is restored.
     pub const BUILT: i64 = 21;

@@ -1,6 +1,7 @@
 //! Virtual memory of the operating system.
 
-/// Reserves address space, which does not use memory until committed. Returns null if this is unsupported or refused.
+/// Reserves address space, which does not use memory until it is committed. Returns null if the system does not support
+/// or refuses the reservation.
 #[cfg(unix)]
 pub(crate) fn reserve(bytes: usize) -> *mut u8 {
     reserve_near(std::ptr::null_mut(), bytes)
@@ -24,8 +25,8 @@ fn reserve_near(wish: *mut u8, bytes: usize) -> *mut u8 {
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) fn reserve_aligned(bytes: usize, align: usize) -> *mut u8 {
     use std::sync::atomic::{AtomicUsize, Ordering};
-    /// A range in which systems with at least 47 address bits place neither programs nor their libraries, heaps and
-    /// stacks.
+    /// A range of addresses in which systems with at least 47 address bits place neither programs nor their libraries,
+    /// heaps and stacks.
     const PLACES: std::ops::Range<usize> = 0x1000_0000_0000..0x5000_0000_0000;
     const TRIES: usize = 32;
     static NEXT: AtomicUsize = AtomicUsize::new(0);
@@ -46,7 +47,7 @@ pub(crate) fn reserve_aligned(_: usize, _: usize) -> *mut u8 {
     std::ptr::null_mut()
 }
 
-/// Makes reserved pages usable, filled with zeros.
+/// Makes reserved pages, which are filled with zeros, readable and writable. Returns whether the system did so.
 ///
 /// # Safety
 /// The range must consist of whole pages of a single reservation.

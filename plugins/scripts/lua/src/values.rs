@@ -71,8 +71,8 @@ pub(crate) unsafe fn address(l: *mut lua_State, idx: i32) {
     push(l, &text);
 }
 
-/// Converts a float, or a string that contains a float, to an integer as Lua 5.1 did: by truncation, or to the smallest
-/// integer if it is out of range.
+/// Converts a float, or a string that contains a float, to an integer as Lua 5.1 did: truncates the value, or yields
+/// the smallest integer if the value is out of range.
 ///
 /// # Safety
 /// `idx` must be an absolute index.

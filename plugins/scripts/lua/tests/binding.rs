@@ -173,7 +173,7 @@ fn what_cannot_cross_is_told_with_its_place() {
     let e = s.function("thread", &[]).unwrap_err();
     assert_eq!(e.text, "argument 1: a thread cannot be passed");
     let e = s.function("deep", &[]).unwrap_err();
-    assert!(e.text.ends_with("the table is nested deeper than 32"), "{e:?}");
+    assert!(e.text.ends_with("the table is nested more than 32 levels deep"), "{e:?}");
     let e = s.function("key", &[]).unwrap_err();
     assert!(e.text.contains("is not a string, number or boolean"), "{e:?}");
 }

@@ -83,7 +83,7 @@ fn every_function_has_a_row() {
 /// Instruction budget of a call in the tests below.
 const BUDGET: u64 = 4_000_000;
 
-/// Calls that would run forever, or nearly so.
+/// Calls that would run forever, or for a very long time.
 const ENDLESS: &[&str] = &[
     "table.remove(setmetatable({}, {__len = function() return 1e15 end}), 1)",
     "table.insert(setmetatable({}, {__len = function() return 1e15 end}), 1, 0)",
@@ -154,7 +154,7 @@ fn hostile_calls_end_with_an_error() {
         let e = s.init().expect_err(text);
         assert!([TATU_ERR_BUDGET, TATU_ERR_MEMORY].contains(&e.code), "{text}: {e:?}");
         assert!(e.code == TATU_ERR_MEMORY || e.text.contains("used up its 4000000 instructions"), "{text}: {e:?}");
-        // Work that a single instruction performs in C is only checked at the next instruction.
+        // Work that a single instruction performs in C is checked against the budget only at the next instruction.
         assert!(s.used.get() < 3 * BUDGET, "{text}: {}", s.used.get());
         // Other scripts can still run.
         let other = h.load("function f() return 1 end");

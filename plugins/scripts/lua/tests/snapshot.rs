@@ -44,7 +44,7 @@ fn same(text: &str) {
     }
 }
 
-/// Returns the reason why a state cannot be saved.
+/// Returns the reason that a state cannot be saved.
 #[track_caller]
 fn refusal(text: &str) -> String {
     let s = Host::new().load(text);

@@ -20,11 +20,12 @@ const G0: f64 = 9.806_65;
 const R: f64 = 8.314_32 / 0.028_964_4;
 /// Radius of the Earth in the definition of geopotential altitude, m.
 const RADIUS: f64 = 6_356_766.0;
-/// Geopotential altitude of the tropopause, m, and the temperature there, K.
+/// Geopotential altitude of the tropopause, m.
 const TROPOPAUSE: f64 = 11_000.0;
+/// Temperature at the tropopause, K.
 const T1: f64 = T0 - LAPSE * TROPOPAUSE;
 const EXPONENT: f64 = G0 / (R * LAPSE);
-/// Minimum supported altitude, m: deeper than any mine or trench on land.
+/// Minimum supported altitude, m. It is below any mine and any point on land.
 const LOWEST: f64 = -10_000.0;
 /// Maximum supported altitude, m.
 const HIGHEST: f64 = 100_000.0;
@@ -45,7 +46,7 @@ pub fn share(altitude: f64) -> f64 {
     }
 }
 
-/// Returns the altitude, m, at which the pressure has this ratio to that at sea level.
+/// Returns the altitude, m, at which the ratio of the pressure to that at sea level is `share`.
 pub fn altitude(share: f64) -> f64 {
     let share = share.max(1e-12);
     let tropopause = at_tropopause();

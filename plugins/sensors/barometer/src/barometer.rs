@@ -14,7 +14,7 @@ use crate::{
 /// The plugin, which has no state.
 pub struct Barometers;
 
-/// A barometer.
+/// The configuration of a barometer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Barometer {
     /// Altitude of the world's origin, m.
@@ -62,7 +62,7 @@ impl Sensor for Barometer {
     fn create(world: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
         let [_, _, origin] = world.f64s(0, world.host().prop("scene.origin"))?;
         if !origin.is_finite() {
-            return Err(Fail::argument("the altitude of `scene.origin` must be finite: a barometer needs it"));
+            return Err(Fail::argument("the altitude in `scene.origin` must be finite for a barometer"));
         }
         Ok(Barometer { origin, sea_level: params.f64("sea_level_pressure")? })
     }

@@ -1,6 +1,6 @@
 //! Barometers.
 //!
-//! `barometer` is the sensor; `atmosphere` relates pressure and altitude; `presets` has devices.
+//! `barometer` is the sensor; `atmosphere` relates pressure and altitude; `presets` contains models of devices.
 
 pub mod atmosphere;
 mod barometer;

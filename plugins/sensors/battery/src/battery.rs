@@ -14,21 +14,21 @@ use crate::{
 /// The plugin, which has no state.
 pub struct Batteries;
 
-/// A battery.
+/// The configuration of a battery.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Battery {
-    /// The joint whose motor it feeds; 0: the nearest joint above.
+    /// The joint whose motor the battery feeds; 0: the nearest joint above the sensor.
     joint: tatu_object,
     /// Charge at the start, 0 to 1.
     charge: f64,
     circuit: Circuit,
 }
 
-/// The parameters that can change during a run.
+/// The parameters that a script can change during a run.
 #[derive(Debug, Clone, PartialEq)]
 struct Circuit {
     cells: Cells,
-    /// Number of motors like the one at the joint.
+    /// Number of motors, each of which draws as much power as the motor of the joint.
     motors: f64,
     /// Current of all loads except motors, A.
     idle: f64,
@@ -44,7 +44,7 @@ fields! {
     }
 }
 
-/// The state: whether there was a measurement, its time (s), its current (A), and the charge.
+/// Number of state values: whether a measurement has been made (0 or 1), its time, s, its current, A, and the charge.
 const STATE: usize = 4;
 
 impl Circuit {
@@ -52,7 +52,7 @@ impl Circuit {
         let voltages = params.get("voltages")?.numbers().unwrap_or_default();
         if voltages.is_empty() || !voltages.iter().all(|v| v.is_finite() && *v >= 0.0) {
             return Err(Fail::argument(format!(
-                "`voltages`: expected at least one number, and none below 0, found {voltages:?} V"
+                "`voltages`: expected at least one value, each finite and at least 0, found {voltages:?} V"
             )));
         }
         const SECONDS_PER_HOUR: f64 = 3600.0;
@@ -70,7 +70,7 @@ impl Circuit {
 }
 
 impl Battery {
-    /// Updates the state with the joint's velocity and effort at a time, s; returns the output and the charge.
+    /// Updates the state with the joint's velocity and effort at a time, s, and returns the output and the charge.
     fn drain(&self, state: &mut [f64], (time, velocity, effort): (f64, f64, f64)) -> (Output, f64) {
         let [there, last_time, current, charge] = state else {
             return (Output { voltage: 0.0, current: 0.0 }, 0.0);
@@ -101,12 +101,12 @@ impl Sensor for Battery {
         vec![
             Param::string("joint")
                 .default("")
-                .text("Path of the joint relative to the sensor (`..` is its parent); empty: the nearest one, if any.")
+                .text("Path of the joint relative to the sensor (`..` is its parent); empty: the nearest joint above.")
                 .rebuilds(),
             Param::int("motors")
                 .range(0.0, 1e6)
                 .default(1_i64)
-                .text("Number of motors that it feeds; each is assumed to draw as much power as the one at the joint."),
+                .text("Number of motors, each of which is assumed to draw as much power as the joint's motor."),
             Param::float("capacity_ah").range(1e-9, 1e9).default(2.0).text("Full charge, A h."),
             Param::floats("voltages", 0)
                 .unit("V")

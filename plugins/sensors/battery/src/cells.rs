@@ -1,5 +1,5 @@
-//! The circuit of a battery: a source whose voltage depends on its charge, in series with a resistance, and two
-//! parallel loads: one with a constant current, the other with a given power.
+//! The circuit of a battery: a source whose voltage depends on its charge, in series with a resistance and two parallel
+//! loads, one of constant current and one of given power.
 
 /// Cells in series.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Cells {
 pub struct Output {
     /// Voltage between the terminals, V.
     pub voltage: f64,
-    /// Current, A.
+    /// Current of both loads, A.
     pub current: f64,
 }
 
@@ -31,18 +31,18 @@ impl Cells {
         self.voltages[i] + (next - self.voltages[i]) * (at - i as f64)
     }
 
-    /// Returns the output at a charge from 0 to 1 for a constant current, A, and a load of this power, W. If the
-    /// battery cannot deliver the power, the load gets the maximum available power.
+    /// Returns the output at a charge from 0 to 1. The loads draw the constant current `idle`, A, and the power
+    /// `power`, W. If the battery cannot deliver the power, it delivers the maximum available power.
     pub fn deliver(&self, charge: f64, idle: f64, power: f64) -> Output {
         if charge <= 0.0 {
             return Output { voltage: 0.0, current: 0.0 };
         }
         let open = self.open_voltage(charge);
-        // The current is at most that of a short circuit, which is unlimited without resistance.
+        // The current cannot exceed the short-circuit current, which is unlimited without resistance.
         let idle = if self.resistance > 0.0 { idle.min(open / self.resistance) } else { idle };
         let left = open - self.resistance * idle;
         let root = (left * left - 4.0 * self.resistance * power).max(0.0).sqrt();
-        // The smaller solution of R i^2 - left i + power = 0, in the form that also holds for R = 0.
+        // The smaller solution of R i^2 - left i + power = 0, in a form that is also valid for R = 0.
         let most = if self.resistance > 0.0 { 0.5 * left / self.resistance } else { f64::INFINITY };
         let drawn = if left + root > 0.0 { (2.0 * power / (left + root)).min(most) } else { 0.0 };
         let current = idle + drawn;

@@ -1,6 +1,6 @@
 //! Batteries that a joint and a constant load drain.
 //!
-//! `battery` is the sensor; `cells` computes voltage and current; `presets` has devices.
+//! `battery` is the sensor; `cells` computes voltage and current; `presets` contains models of devices.
 
 mod battery;
 mod cells;

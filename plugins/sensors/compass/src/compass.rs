@@ -13,12 +13,12 @@ use crate::presets;
 /// The plugin, which has no state.
 pub struct Magnetometers;
 
-/// A magnetometer.
+/// The configuration of a magnetometer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compass {
     /// The Earth's field in the world frame, T.
     field: [f64; 3],
-    /// Scale factors along the axes, due to errors of the device and iron near it.
+    /// Scale factors along the sensor's axes, which model scale errors of the device and soft iron near it.
     scale: [f64; 3],
 }
 
@@ -34,9 +34,10 @@ fields! {
     }
 }
 
-/// Dip and strength of the field of a dipole along the Earth's axis at 48 degrees of latitude: tan dip = 2 tan
-/// latitude, strength 31.2 uT sqrt(1 + 3 sin^2 latitude) (Wikipedia, "Dipole model of Earth's magnetic field").
+/// Dip, rad, of the field of a dipole along the Earth's axis at 48 degrees of latitude: tan dip = 2 tan latitude
+/// (Wikipedia, "Dipole model of Earth's magnetic field").
 const DIP: f64 = 1.147_774;
+/// Strength of this field, T: 31.2 uT sqrt(1 + 3 sin^2 latitude).
 const STRENGTH: f64 = 5.085e-5;
 
 impl Compass {
@@ -54,7 +55,7 @@ impl Compass {
     }
 }
 
-/// Returns the heading of a level sensor that measures this field.
+/// Returns the heading of a level sensor that measures this field, rad, at least 0 and less than 2 pi.
 fn heading([x, y, _]: [f64; 3]) -> f64 {
     let angle = libm::atan2(y, x);
     if angle < 0.0 { (angle + TAU).min(TAU.next_down()) } else { angle }

@@ -1,8 +1,8 @@
 //! Magnetometers, and the heading of a compass.
 //!
-//! `compass` is the sensor; `presets` has devices.
+//! `compass` is the sensor; `presets` contains models of devices.
 
-#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values of tests need not be reproducible"))]
 
 mod compass;
 mod presets;

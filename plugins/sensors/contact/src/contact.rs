@@ -13,7 +13,7 @@ use crate::presets;
 /// The plugin, which has no state.
 pub struct Skins;
 
-/// A contact sensor.
+/// The configuration of a contact sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
     /// The observed shape; 0: the nearest shape with a body above the sensor.
@@ -24,12 +24,13 @@ pub struct Contact {
 /// The parameters that can change during a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Settings {
-    /// Minimum normal force of a contact, N.
+    /// Minimum sum of normal forces at which the sensor reports a contact, N.
     threshold: f64,
-    /// Direction of the sector's middle, about the sensor's +z from +x, and the sector's full angle, rad.
+    /// Direction of the middle of the sector: angle about the sensor's +z, from +x, rad.
     direction: f64,
+    /// Full angle of the sector, rad.
     sector: f64,
-    /// Minimum and maximum corner of the region in the sensor's frame, m.
+    /// Minimum and maximum corners of the sensitive region in the sensor's frame, m; `None`: no limits.
     region: Option<[f64; 6]>,
 }
 
@@ -84,7 +85,7 @@ struct Load {
     count: i32,
     normal: f64,
     force: [f64; 3],
-    /// Sum of the points times their normal forces.
+    /// Sum of the contact points, each multiplied by its normal force, N m.
     moment: [f64; 3],
 }
 
@@ -129,7 +130,7 @@ impl Sensor for Contact {
                 .unit("N")
                 .range(0.0, 1e9)
                 .default(0.0)
-                .text("Minimum sum of normal forces that counts as a contact."),
+                .text("Minimum sum of normal forces at which a contact is reported."),
             Param::float("direction")
                 .unit("rad")
                 .range(-TAU, TAU)

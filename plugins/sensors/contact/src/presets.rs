@@ -5,8 +5,8 @@ use tatu_plugin_api::safe::Preset;
 pub(crate) const ALL: &[Preset] = &[
     Preset {
         id: "bumper_switch",
-        text: "The bumper of a small mobile robot over micro switches: 1.5 N. An estimate: levers of such switches take \
-               about 0.5 to 1.5 N, and the bumper adds friction.",
+        text: "Bumper of a small mobile robot with micro switches: 1.5 N (estimate: the levers of such switches \
+               require about 0.5 to 1.5 N, and the bumper adds friction).",
         settings: "threshold_n = 1.5\n",
     },
     Preset {

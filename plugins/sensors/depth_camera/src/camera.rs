@@ -15,11 +15,11 @@ use crate::{
 /// The plugin, which has no state.
 pub struct DepthCameras;
 
-/// A depth camera.
+/// A depth camera with its checked parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthCamera(Settings);
 
-/// A source of random numbers, from the sample of a measurement.
+/// Draws the random numbers of a measurement from its sample.
 impl Draw for Sample<'_> {
     fn uniform(&self, first: u64, out: &mut [f64]) {
         Sample::uniform(self, first, out);
@@ -41,8 +41,8 @@ fields! {
         DEPTH: f32 = Field::new("depth_image.depth")
             .dims(IMAGE)
             .unit("m")
-            .text("Distance along +z, the lowest row first; infinity: nothing is there; 0: it could not be measured.");
-        LIMITS: f64 = Field::new("depth_image.limits").elements(2).unit("m").text("Depths of near and far plane.");
+            .text("Distance along +z, the lowest row first; infinity: no surface; 0: the measurement failed.");
+        LIMITS: f64 = Field::new("depth_image.limits").elements(2).unit("m").text("Depths of the near and far planes.");
         INTRINSICS: f64 = Field::new("depth_image.intrinsics")
             .elements(4)
             .unit("1")
@@ -60,7 +60,7 @@ fields! {
         INCIDENCE: f32 = Field::new("depth_image.incidence")
             .dims(channels(2))
             .unit("rad")
-            .text("Angle between line of sight and normal; a quarter turn without a surface. Only with `incidence`.");
+            .text("Angle between line of sight and normal; pi/2 without a surface. Only with `incidence`.");
     }
 }
 
@@ -68,7 +68,7 @@ impl Sensor for DepthCamera {
     type Plugin = DepthCameras;
     const ID: &'static str = "depth_camera";
     const TEXT: &'static str =
-        "Measures images of depths along the optical axis and of colours, like V-REP's vision sensors and Kinects.";
+        "Measures images of depth along the optical axis and of colour, like V-REP's vision sensors and the Kinect.";
     const SCHEMAS: &'static [&'static str] = &["depth_image/1", "color_image/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_COLOR | TATU_IN_COSINE;
     const PRESETS: &'static [Preset] = presets::ALL;

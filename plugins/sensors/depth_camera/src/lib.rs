@@ -1,9 +1,9 @@
 //! Depth and colour cameras: an ideal one, and models of real devices.
 //!
-//! The core renders the image. `camera` is the sensor, `settings` has its parameters, `presets` has devices, and
-//! `optics` models the effects of structured light and time of flight at edges, in shadows and on slanted surfaces.
+//! The core renders the image. `camera` is the sensor, `settings` checks its parameters, `presets` contains devices,
+//! and `optics` models the effects of structured light and time of flight at edges, in shadows and on slanted surfaces.
 
-#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values of tests need not be reproducible"))]
 
 mod camera;
 mod optics;

@@ -2,25 +2,25 @@
 //!
 //! Noise along the line of sight, quantization and limits are declared by scenes and presets instead.
 
-/// How pixels at depth discontinuities are measured.
+/// How the depth of pixels at depth discontinuities is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edges {
-    /// Such pixels measure the surface at their centre.
+    /// Such pixels have the depth of the surface at their centre.
     Exact,
     /// Such pixels have no depth, because a pattern that is split between two surfaces is not recognized.
     Lost,
-    /// Such pixels measure a depth between the two surfaces, because light returning from both is combined.
+    /// Such pixels have a depth between those of the two surfaces, because the sensor combines light from both.
     Mixed,
 }
 
 /// Limitations of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Optics {
-    /// Minimum cosine of the angle between line of sight and surface normal.
+    /// Minimum cosine of the angle between line of sight and normal of a surface that can be measured.
     pub least_cosine: f32,
-    /// Position of the projector on the x axis, m, + to the left; 0: there is none.
+    /// Position of the projector on the x axis, m, positive to the left; 0: no projector.
     pub projector: f64,
-    /// How pixels at discontinuities are measured.
+    /// How pixels at depth discontinuities are measured.
     pub edges: Edges,
     /// Standard deviation of the position of edges, pixels.
     pub lateral_sigma: f64,
@@ -35,20 +35,21 @@ pub struct Frame<'a> {
     pub focal: f64,
     /// Depths, m; infinity if there is no surface.
     pub depth: &'a [f32],
-    /// Cosines of incidence.
+    /// Cosines of the angle between line of sight and surface normal.
     pub cosine: &'a [f32],
 }
 
-/// A source of random numbers.
+/// A reproducible sequence of random numbers that can be read from any index.
 pub trait Draw {
-    /// Fills `out` with uniform numbers in [0, 1), starting with the given index.
+    /// Fills `out` with the numbers from index `first` on, uniformly distributed in [0, 1).
     fn uniform(&self, first: u64, out: &mut [f64]);
-    /// Fills `out` with standard normal numbers, starting with the given index.
+    /// Fills `out` with the numbers from index `first` on, with a standard normal distribution.
     fn normal(&self, first: u64, out: &mut [f64]);
 }
 
-/// Difference between the depths of neighbours, as a fraction of the smaller depth, above which they are a
-/// discontinuity. On a plane, the fraction is tan(incidence) / focal length: 1 % at 80 degrees and 571 pixels.
+/// Difference between the depths of neighbouring pixels, as a fraction of the smaller depth, above which there is a
+/// discontinuity between them. On a plane, the fraction is tan(incidence) / focal length: 1 % at 80 degrees and 571
+/// pixels.
 const JUMP: f32 = 0.03;
 /// Minimum difference of disparity, pixels, by which a surface that blocks the projector's light is nearer than a pixel
 /// in its shadow.
@@ -63,7 +64,7 @@ impl Optics {
         *self == Optics::NONE
     }
 
-    /// Writes the measured depths: 0 if the camera cannot measure, infinity if there is no surface.
+    /// Writes the measured depth of each pixel: 0 if the measurement fails, infinity if there is no surface.
     pub fn measure(&self, frame: &Frame<'_>, random: &impl Draw, out: &mut [f32]) {
         for (i, z) in out.iter_mut().enumerate() {
             *z = self.pixel(frame, random, i);
@@ -134,8 +135,9 @@ impl Frame<'_> {
 
 /// The surfaces that the projector lights in a row of pixels.
 ///
-/// In the projector's image a point is displaced from its position in the camera's image by focal length times offset
-/// over depth. Of the surfaces at one position of that image, the nearest is lit and the others are in shadow.
+/// In the projector's image, a point is displaced from its position in the camera's image by the focal length times the
+/// projector's offset, divided by the depth. Of the surfaces at one position of that image, the nearest is lit and the
+/// others are in shadow.
 struct Shade {
     /// Focal length times the projector's x, pixels times m.
     shift: f64,
@@ -150,8 +152,8 @@ impl Shade {
         Shade { shift, nearest: vec![0.0; 3 * columns], margin: columns as isize }
     }
 
-    /// Returns the position of a pixel in the projector's image. A projector to the left (+x) sees near objects farther
-    /// right.
+    /// Returns the position of a pixel in the projector's image. In the image of a projector to the left (+x), near
+    /// objects appear farther to the right.
     fn place(&self, column: usize, inverse: f64) -> isize {
         column as isize + (self.shift * inverse).round() as isize + self.margin
     }

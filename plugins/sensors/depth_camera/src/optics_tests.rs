@@ -14,7 +14,7 @@ impl Draw for Fixed {
 const COLUMNS: usize = 40;
 const FOCAL: f64 = 100.0;
 
-/// Measures an image whose rows are all the same.
+/// Measures an image of identical rows.
 fn measured(optics: Optics, row: &[f32], cosine: &[f32], random: f64) -> Vec<f32> {
     let repeat = |v: &[f32]| v.repeat(8);
     let (depth, cosine) = (repeat(row), repeat(cosine));
@@ -68,7 +68,8 @@ fn edges_are_lost_or_mixed() {
     assert_eq!(out[18..27], [2.0, 1.75, 1.25, 1.0, 1.0, 1.0, 1.25, 1.75, 2.0]);
 }
 
-/// The fixed noise is one standard deviation, two pixels to the right: the post's edges move and the wall stays.
+/// The fixed noise is one standard deviation, two pixels to the right: the edges of the post move, but the wall does
+/// not.
 #[test]
 fn edges_move_by_the_lateral_noise() {
     let out = measured(Optics { lateral_sigma: 2.0, ..Optics::NONE }, &post(), &[1.0; COLUMNS], 1.0);

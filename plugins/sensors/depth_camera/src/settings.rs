@@ -19,30 +19,31 @@ pub struct Settings {
     pub columns: u32,
     /// Number of rows.
     pub rows: u32,
-    /// Angle between the edges of the longer side, rad.
+    /// Angle between the edges of the image along its longer side, rad.
     pub perspective_angle: f64,
-    /// Length of the longer side, m; 0: perspective projection.
+    /// Length of the image's longer side in orthographic projection, m; 0: perspective projection.
     pub ortho_size: f64,
-    /// Near plane, m.
+    /// Distance of the near plane, m.
     pub near: f64,
-    /// Far plane, m.
+    /// Distance of the far plane, m.
     pub far: f64,
-    /// Colour of pixels without a surface.
+    /// Colour of pixels without a surface: red, green and blue.
     pub background: [u8; 3],
     /// Whether beams ignore objects of the sensor's own model.
     pub skip_own_model: bool,
     /// Whether colours are measured.
     pub color: bool,
-    /// Whether points, and angles of incidence, are reported.
+    /// Whether the point of each pixel is reported.
     pub points: bool,
+    /// Whether the angle of incidence of each pixel is reported.
     pub incidence: bool,
-    /// Value of a pixel without a depth: infinity or 0.
+    /// Depth of a pixel without a surface: infinity or 0.
     pub empty: f32,
     /// Limitations of the optics.
     pub optics: Optics,
 }
 
-/// Declares the parameters.
+/// Declares the parameters of the sensor kind.
 pub fn params() -> Vec<Param> {
     let pixels = |key, n: i64| Param::int(key).range(1.0, MOST_PIXELS).default(n);
     let metres = |key, x: f64| Param::float(key).unit("m").range(0.0, f64::INFINITY).default(x);
@@ -55,18 +56,18 @@ pub fn params() -> Vec<Param> {
             .default(57_f64.to_radians())
             .text("Angle between the edges of the image, along its longer side."),
         metres("ortho_size", 0.0)
-            .text("If above 0, the projection is orthographic, and this is the length of the image's longer side."),
+            .text("Length of the image's longer side in orthographic projection; 0: perspective projection."),
         metres("near", 0.01).text("Near plane: surfaces closer than this, along the optical axis, are ignored."),
         metres("far", 3.5).text("Far plane: surfaces farther than this are ignored."),
         Param::floats("background", 3)
             .range(0.0, 1.0)
             .default([0.0; 3])
             .text("Red, green and blue of empty pixels, each 0 to 1."),
-        Param::bool("color").default(true).text("Whether colours are rendered; else the colour image has no pixels."),
+        Param::bool("color").default(true).text("Whether colours are rendered; if not, the colour image is empty."),
         Param::bool("points").default(false).text("Whether the point of each pixel in the sensor's frame is reported."),
         Param::bool("incidence")
             .default(false)
-            .text("Whether the angle between line of sight and normal is reported, on which noise may depend."),
+            .text("Whether the angle between line of sight and normal, on which noise can depend, is reported."),
         Param::bool("skip_own_model").default(false).text("Whether objects of the sensor's own model are ignored."),
         Param::string("empty")
             .choices(&["infinity", "zero"])
@@ -82,7 +83,7 @@ pub fn params() -> Vec<Param> {
              have no depth. 0: no projector.",
         ),
         Param::string("edges").choices(&["exact", "lost", "mixed"]).default("exact").text(
-            "How pixels at depth discontinuities read: exactly, without depth, or anywhere between the two \
+            "Depth of pixels at depth discontinuities: exact, none, or a random value between the two \
              surfaces.",
         ),
         Param::float("lateral_sigma")
@@ -176,7 +177,7 @@ impl Settings {
         f64::from(self.columns.max(self.rows))
     }
 
-    /// Returns the focal length in pixels; for orthographic projection, pixels per metre.
+    /// Returns the focal length in pixels, or the number of pixels per metre for orthographic projection.
     pub fn focal(&self) -> f64 {
         if self.ortho_size > 0.0 {
             self.longer() / self.ortho_size
@@ -206,7 +207,7 @@ impl Settings {
         }
     }
 
-    /// Returns whether angles of incidence are needed.
+    /// Returns whether the host must compute angles of incidence.
     pub fn slant(&self) -> bool {
         self.incidence || self.optics.least_cosine > 0.0
     }
@@ -217,7 +218,8 @@ impl Settings {
         [(-(column as f64 - cx) / fx * along) as f32, ((row as f64 - cy) / fy * along) as f32, z]
     }
 
-    /// Returns the intrinsics fx fy cx cy.
+    /// Returns the intrinsics fx, fy, cx and cy: in pixels, except that fx and fy are in pixels per metre for
+    /// orthographic projection.
     pub fn intrinsics(&self) -> [f64; 4] {
         let f = self.focal();
         [f, f, (f64::from(self.columns) - 1.0) / 2.0, (f64::from(self.rows) - 1.0) / 2.0]

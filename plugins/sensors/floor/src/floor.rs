@@ -13,13 +13,13 @@ use crate::{presets, spots::Spots};
 /// The plugin, which has no state.
 pub struct Arrays;
 
-/// A row of reflectance sensors.
+/// The configuration of a row of reflectance sensors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
     spots: Spots,
     /// Maximum distance of detection, m.
     range: f64,
-    /// Distances, m, with the values of a white surface, in ascending order; if empty, the value is 1 at any distance.
+    /// Pairs of distance, m, and value of a white surface, by ascending distance; if empty, the value is always 1.
     response: Vec<[f64; 2]>,
     threshold: f64,
     skip_own_model: bool,
@@ -40,7 +40,7 @@ fields! {
     }
 }
 
-/// Returns the pairs in a list of numbers, if all are finite.
+/// Returns the numbers of a parameter in pairs, or an error if a number is not finite or the last pair is incomplete.
 fn pairs(params: &Params<'_>, key: &str) -> Result<Vec<[f64; 2]>> {
     let all = params.get(key)?.numbers().unwrap_or_default();
     let (pairs, rest) = all.as_chunks::<2>();
@@ -55,7 +55,7 @@ impl Floor {
         let listed = pairs(params, "spots")?;
         let (count, rays) = (params.i64("count")?, params.i64("rays")?);
         if listed.len() as i64 > MAX_SPOTS {
-            return Err(Fail::argument(format!("`spots`: expected at most {MAX_SPOTS}, found {}", listed.len())));
+            return Err(Fail::argument(format!("`spots`: expected at most {MAX_SPOTS} spots, found {}", listed.len())));
         }
         let centres =
             if listed.is_empty() { Spots::in_a_row(count.max(1) as usize, params.f64("pitch")?) } else { listed };
@@ -63,7 +63,7 @@ impl Floor {
         let rises = response.windows(2).all(|w| w[0][0] < w[1][0]);
         if !rises || response.iter().any(|[d, v]| *d < 0.0 || *v < 0.0) {
             return Err(Fail::argument(format!(
-                "`response`: expected pairs of distance (m) and value, both at least 0, with rising distances; found \
+                "`response`: expected pairs of distance (m) and value, both at least 0, by increasing distance; found \
                  {response:?}"
             )));
         }
@@ -138,7 +138,7 @@ impl Sensor for Floor {
             Param::floats("response", 0).default(Vec::<f64>::new()).text(
                 "Pairs of distance (m) and value of a white surface, interpolated linearly; empty: 1 up to the range.",
             ),
-            Param::float("threshold").range(0.0, 1.0).default(0.5).text("Minimum value of a detected spot."),
+            Param::float("threshold").range(0.0, 1.0).default(0.5).text("Minimum value at which a spot is detected."),
             Param::bool("skip_own_model").default(true).text("Whether objects of the sensor's own model are ignored."),
         ]
     }
@@ -153,7 +153,7 @@ impl Sensor for Floor {
 
     fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
         let new = Floor::of(params)?;
-        // The length of the fields is fixed.
+        // The number of spots determines the lengths of the fields, which an instance cannot change.
         let same = new.spots.centres.len() == self.spots.centres.len();
         *self = new;
         Ok(if same { Change::Taken } else { Change::Rebuild })
@@ -183,7 +183,7 @@ impl Sensor for Floor {
         Ok(())
     }
 
-    /// Limits noisy values to the range 0 to 1, and compares them with the threshold.
+    /// Clamps the noisy values to the range 0 to 1, and compares them with the threshold.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         self.detect(out);
         Ok(())

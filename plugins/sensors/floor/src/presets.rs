@@ -5,8 +5,8 @@ use tatu_plugin_api::safe::Preset;
 pub(crate) const ALL: &[Preset] = &[
     Preset {
         id: "qtr_8",
-        text: "Pololu QTR-8: 8 spots, 9.525 mm apart, best at 3 mm, up to 9.5 mm (product page). How the value falls beyond \
-               3 mm, 2 mm of spot, and noise of 1 %, are estimates.",
+        text: "Pololu QTR-8: 8 spots, 9.525 mm apart, best at 3 mm, up to 9.5 mm (product page). Estimates: the \
+               decrease beyond 3 mm, spots of 2 mm, and noise of 1 %.",
         settings: "count = 8
 pitch_m = 0.009525
 range_m = 0.0095
@@ -18,8 +18,8 @@ noise.value = { sigma = 0.01 }
     },
     Preset {
         id: "e_puck",
-        text: "e-puck, ground sensors: 3 spots, 10 mm apart; white gives 1000 at 0 and 300 at 16 mm, noise 10 % (Webots, \
-               E-puckGroundSensors.proto); here 1000 is 1.",
+        text: "e-puck, ground sensors: 3 spots, 10 mm apart; white yields 1000 at 0 and 300 at 16 mm, noise 10 % \
+               (Webots, E-puckGroundSensors.proto); 1000 corresponds to 1 here.",
         settings: "count = 3
 pitch_m = 0.01
 range_m = 0.016
@@ -29,8 +29,8 @@ noise.value = { sigma = [0.0, 0.1] }
     },
     Preset {
         id: "thymio_2",
-        text: "Thymio II, ground sensors: 2 spots at y of 12 and -12 mm; white gives 1000 at 0, falling straight to 0 at \
-               50 mm, noise 1 % (Webots, Thymio2.proto); here 1000 is 1.",
+        text: "Thymio II, ground sensors: 2 spots at y of 12 and -12 mm; white yields 1000 at 0, decreasing linearly \
+               to 0 at 50 mm, noise 1 % (Webots, Thymio2.proto); 1000 corresponds to 1 here.",
         settings: "count = 2
 pitch_m = 0.024
 range_m = 0.05

@@ -5,28 +5,28 @@ use std::f64::consts::TAU;
 /// Spots of one size, and the rays of each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spots {
-    /// Centres in the sensor's plane of x and y, m.
+    /// Centres in the sensor's xy plane, m.
     pub centres: Vec<[f64; 2]>,
     /// Rays per spot.
     pub rays: usize,
     /// Diameter of the area from which the rays of a spot start, m.
     pub diameter: f64,
-    /// Full opening angle of these rays, rad.
+    /// Full opening angle of the rays of a spot, rad.
     pub view: f64,
 }
 
-/// Fraction of a turn between one ray and the next: by the golden ratio, any number of rays is distributed evenly over
-/// a disc.
+/// Angle between consecutive rays as a fraction of a turn. It follows from the golden ratio, which distributes any
+/// number of rays evenly over a disc.
 const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
 impl Spots {
-    /// Returns `count` centres along x, in ascending order.
+    /// Returns `count` centres along x, in ascending order, `pitch` metres apart and centred on the origin.
     pub fn in_a_row(count: usize, pitch: f64) -> Vec<[f64; 2]> {
         let middle = 0.5 * (count as f64 - 1.0);
         (0..count).map(|i| [(i as f64 - middle) * pitch, 0.0]).collect()
     }
 
-    /// Returns origin and direction of each ray, spot after spot.
+    /// Returns the origins and the directions of all rays, spot after spot.
     pub fn rays(&self) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
         let spread = libm::tan(0.5 * self.view);
         let offsets: Vec<[f64; 2]> = (0..self.rays)

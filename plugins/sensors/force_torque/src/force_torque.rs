@@ -11,10 +11,10 @@ use crate::presets;
 /// The plugin, which has no state.
 pub struct Transducers;
 
-/// A force and torque sensor.
+/// The configuration of a force and torque sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ForceTorque {
-    /// The force sensor whose load it measures; 0: the nearest one above.
+    /// The force sensor object whose load is measured; 0: the nearest one above.
     force_sensor: tatu_object,
 }
 

@@ -1,7 +1,7 @@
 //! Presets of commercial transducers: saturation and noise.
 //!
-//! `clamp` has one pair for all axes. If a data sheet states a greater range along z than across, the preset has the
-//! greater one.
+//! `clamp` limits all axes equally. If a data sheet states a greater range along z than along x and y, the preset uses
+//! the range along z.
 
 use tatu_plugin_api::safe::Preset;
 

@@ -59,7 +59,7 @@ impl Place {
 /// Number of rounds of the iteration; each reduces the error at least a thousandfold.
 const ROUNDS: usize = 5;
 
-/// A plane tangent to the Earth.
+/// A plane tangent to the Earth, with the frame x east, y north, z up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
     ecef: [f64; 3],
@@ -74,13 +74,13 @@ impl Plane {
         Plane { ecef: origin.to_ecef(), axes: [[-sl, cl, 0.0], [-s * cl, -s * sl, c], [c * cl, c * sl, s]] }
     }
 
-    /// Returns the position on Earth of a point in the plane's frame (east, north, up; m).
+    /// Converts a point in the plane's frame (east, north, up; m) to a position on Earth.
     pub fn place(&self, local: [f64; 3]) -> Place {
         let along = |i: usize| (0..3).map(|k| local[k] * self.axes[k][i]).sum::<f64>();
         Place::from_ecef([0, 1, 2].map(|i| self.ecef[i] + along(i)))
     }
 
-    /// Returns the point in the plane's frame (east, north, up; m) of a position on Earth.
+    /// Converts a position on Earth to a point in the plane's frame (east, north, up; m).
     pub fn local(&self, place: Place) -> [f64; 3] {
         let ecef = place.to_ecef();
         self.axes.map(|axis| (0..3).map(|i| axis[i] * (ecef[i] - self.ecef[i])).sum())

@@ -14,7 +14,7 @@ use crate::{
 /// The plugin, which has no state.
 pub struct Receivers;
 
-/// A satellite receiver.
+/// The configuration of a satellite receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gps {
     /// Position of the antenna in the sensor's frame, m.
@@ -48,20 +48,20 @@ impl Gps {
         }
         if ![latitude, longitude, altitude].iter().all(|x| x.is_finite()) {
             return Err(Fail::argument(
-                "`scene.origin` must be finite: a satellite receiver needs a position on Earth",
+                "latitude, longitude and altitude in `scene.origin` must be finite for a satellite receiver",
             ));
         }
         Ok(Gps { antenna, plane: Plane::at(Place { latitude, longitude, altitude }) })
     }
 
-    /// Returns position and velocity of the antenna in the world frame, given pose and twist of the mount.
+    /// Returns the position and velocity of the antenna in the world frame, given the pose and twist of the mount.
     fn fix(&self, pose: [f64; 7], twist: [f64; 6]) -> ([f64; 3], [f64; 3]) {
         let arm = turned([pose[3], pose[4], pose[5], pose[6]], self.antenna);
         let swung = cross([twist[3], twist[4], twist[5]], arm);
         ([0, 1, 2].map(|i| pose[i] + arm[i]), [0, 1, 2].map(|i| twist[i] + swung[i]))
     }
 
-    /// Writes the position on Earth.
+    /// Writes the latitude, longitude and altitude of a position in the world frame.
     fn locate(&self, position: [f64; 3], out: &mut Readout<'_>) {
         let place = self.plane.place(position);
         out.set(Self::LATITUDE, place.latitude);

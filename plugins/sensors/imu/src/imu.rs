@@ -11,7 +11,7 @@ use crate::presets;
 /// The plugin, which has no state.
 pub struct Units;
 
-/// An inertial measurement unit.
+/// An inertial measurement unit, which has no parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Imu;
 

@@ -1,6 +1,6 @@
 //! Inertial measurement units: accelerometer, gyroscope and attitude.
 //!
-//! `imu` is the sensor; `presets` has devices.
+//! `imu` is the sensor; `presets` contains models of devices.
 
 mod imu;
 mod presets;

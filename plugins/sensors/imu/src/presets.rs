@@ -1,8 +1,8 @@
 //! Presets of commercial units, and of those in public data sets.
 //!
-//! Data sheets give white noise as a density, per square root of Hz: 1 deg/s is 0.01745 rad/s, 1 mg is 9.80665e-3
-//! m/s^2, 1 deg/sqrt(h) is 2.909e-4 rad/s/sqrt(Hz). An in-run bias is a Gauss-Markov process; if a source has no time
-//! constant, 300 s is an estimate.
+//! Data sheets state white noise as a density, per square root of Hz: 1 deg/s is 0.01745 rad/s, 1 mg is 9.80665e-3
+//! m/s^2, 1 deg/sqrt(h) is 2.909e-4 rad/s/sqrt(Hz). An in-run bias is modelled as a Gauss-Markov process. If a source
+//! does not state its time constant, 300 s is assumed.
 
 use tatu_plugin_api::safe::Preset;
 
@@ -51,7 +51,7 @@ noise.acceleration = { density = 1.0e-3, walk = { sigma = 4.903e-4, tau_s = 300.
     },
     Preset {
         id: "turtlebot3",
-        text: "The unit of TurtleBot3 in Gazebo: 2e-4 rad/s and 0.017 m/s^2 per sample at 200 Hz (turtlebot3_simulations).",
+        text: "The IMU of TurtleBot3 in Gazebo: 2e-4 rad/s and 0.017 m/s^2 per sample at 200 Hz (turtlebot3_simulations).",
         settings: "rate_hz = 200.0
 noise.angular_velocity = { sigma = 2.0e-4 }
 noise.acceleration = { sigma = 1.7e-2 }

@@ -18,7 +18,7 @@ pub struct Lasers;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Laser {
     settings: Settings,
-    /// Azimuth and elevation of each beam.
+    /// Azimuth and elevation of each beam, rad.
     angles: Vec<(f64, f64)>,
     directions: Vec<[f64; 3]>,
 }
@@ -33,7 +33,7 @@ struct Echo {
 }
 
 impl Echo {
-    /// The measurement of a beam that hit nothing.
+    /// The measurement of a beam that does not hit a surface.
     const NONE: Echo = Echo { distance: f64::INFINITY, incidence: 0.0, intensity: 0.0 };
 }
 
@@ -63,7 +63,7 @@ impl Laser {
         distance.is_finite() && distance >= self.settings.min_range
     }
 
-    /// Writes the maximum range as the distance of beams that hit nothing, if the scene requests that.
+    /// Replaces infinite distances with the maximum range if `none_as_max` is set.
     fn tell_nothing(&self, out: &mut Readout<'_>) {
         if self.settings.none_as_max {
             let range = self.settings.range;
@@ -88,8 +88,8 @@ fields! {
             .unit("rad")
             .text("Elevation of each beam; upwards is positive.");
         INTENSITY: f64 = Field::new("range_scan.intensity").per_beam().unit("1").text(
-            "Strength of each echo, 0 to 1: reflectivity x cosine of the incidence x 1/r², 1 for white met squarely \
-             within `full_intensity`; 0: nothing.",
+            "Strength of each echo, 0 to 1: reflectivity x cosine of the incidence x 1/r², 1 for a white surface hit \
+             perpendicularly within `full_intensity`; 0: no hit.",
         );
         INCIDENCE: f64 = Field::new("range_scan.incidence")
             .per_beam()
@@ -101,8 +101,7 @@ fields! {
 impl Sensor for Laser {
     type Plugin = Lasers;
     const ID: &'static str = "laser";
-    const TEXT: &'static str =
-        "Measures distances along a fan of beams, in one layer or several, as laser scanners do.";
+    const TEXT: &'static str = "Measures distances along a fan of beams in one or more layers, like a laser scanner.";
     const SCHEMAS: &'static [&'static str] = &["range_scan/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_NORMAL | TATU_IN_COLOR | TATU_IN_POSE | TATU_IN_TWIST;
     const PRESETS: &'static [Preset] = presets::ALL;
@@ -131,7 +130,7 @@ impl Sensor for Laser {
         })
     }
 
-    /// Moves the origin of each beam to the position of the mount at the time at which the beam was sent.
+    /// Moves and rotates each beam to the pose that the mount had when the beam was sent.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
             return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
@@ -161,8 +160,8 @@ impl Sensor for Laser {
         Ok(())
     }
 
-    /// Resets the beams that hit nothing, or whose hit the noise has removed: infinite distance, no intensity, no
-    /// incidence.
+    /// Resets beams without a hit, and beams whose hit was removed by noise, to infinite distance, zero intensity and
+    /// zero incidence.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         for (i, met) in sample.distances().iter().enumerate() {
             if self.is_told(*met) && out.slice(Self::DISTANCE)[i] < f64::INFINITY {

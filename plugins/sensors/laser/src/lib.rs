@@ -1,9 +1,9 @@
 //! Laser scanners: distances along fans of beams.
 //!
-//! `settings` has the checked parameters; `laser` defines which beams are cast and how their results are interpreted;
-//! `motion` is the motion of the mount during a scan; `presets` has commercial devices.
+//! `settings` checks the parameters; `laser` defines which beams are cast and how their results are interpreted;
+//! `motion` models the motion of the mount during a scan; `presets` contains commercial devices.
 
-#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values of tests need not be reproducible"))]
 
 mod laser;
 mod motion;

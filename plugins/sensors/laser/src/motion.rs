@@ -39,7 +39,7 @@ impl Motion {
         [x, y, z, u, v, w]
     }
 
-    /// Rotates a vector with the mount for a time `time`, by Rodrigues' formula.
+    /// Rotates a vector by the rotation of the mount during `time` seconds, with Rodrigues' formula.
     fn turned(&self, v: V, time: f64) -> V {
         let speed = dot(self.angular, self.angular).sqrt();
         let angle = speed * time;

@@ -4,11 +4,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use tatu_plugin_api::safe::{Fail, Param, Params, Result};
 
-/// The checked parameters.
+/// The checked parameters of a scanner; lengths in m, angles in rad, times in s.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Settings {
     pub start_angle: f64,
     pub end_angle: f64,
+    /// Number of beams of each layer.
     pub beams: usize,
     /// Elevation of each layer, in the order in which layers are reported.
     pub elevations: Vec<f64>,
@@ -24,7 +25,7 @@ pub(crate) struct Settings {
 /// Maximum number of beams of one sensor, which is also the host's limit.
 const MAX_BEAMS: i64 = 1 << 24;
 
-/// Declares the parameters, in this order.
+/// Declares the parameters of the sensor kind.
 pub(crate) fn params() -> Vec<Param> {
     [
         Param::float("start_angle")
@@ -37,11 +38,10 @@ pub(crate) fn params() -> Vec<Param> {
             .range(-PI, PI)
             .default(FRAC_PI_2)
             .text("Azimuth of the last beam; greater than `start_angle`. Both ends are measured."),
-        Param::int("rays")
-            .range(1.0, MAX_BEAMS as f64)
-            .default(181i64)
-            .text("Beams of one layer, evenly spread from `start_angle` to `end_angle`; a single one points along \
-                   `start_angle`."),
+        Param::int("rays").range(1.0, MAX_BEAMS as f64).default(181i64).text(
+            "Beams of one layer, evenly spread from `start_angle` to `end_angle`; a single beam points along \
+                   `start_angle`.",
+        ),
         Param::int("layers").range(1.0, 4096.0).default(1i64).text("Number of layers, one above the other."),
         Param::float("vertical_field")
             .unit("rad")
@@ -56,29 +56,27 @@ pub(crate) fn params() -> Vec<Param> {
             .unit("m")
             .range(0.0, f64::INFINITY)
             .default(10.0)
-            .text("Maximum distance that it measures."),
+            .text("Maximum distance that is measured."),
         Param::float("min_range").unit("m").range(0.0, f64::INFINITY).default(0.0).text(
-            "Minimum distance that it measures: a closer surface is not detected, but occludes those behind it.",
+            "Minimum distance that is measured; a closer surface is not detected, but occludes surfaces behind it.",
         ),
         Param::float("near")
             .unit("m")
             .range(0.0, f64::INFINITY)
             .default(0.0)
             .text("Start of the beams: closer surfaces are ignored."),
-        Param::bool("none_as_max").default(false).text(
-            "Whether a beam without a hit reports `range`, as some devices do, instead of infinity.",
-        ),
+        Param::bool("none_as_max")
+            .default(false)
+            .text("Whether a beam without a hit reports `range`, as some devices do, instead of infinity."),
         Param::float("full_intensity").unit("m").range(0.0, f64::INFINITY).default(1.0).text(
-            "Distance up to which a white surface met squarely gives the full intensity of 1; beyond, it falls with \
-             the square of the distance.",
+            "Distance up to which a white surface hit perpendicularly yields the full intensity of 1; beyond it, the \
+             intensity decreases with the square of the distance.",
         ),
         Param::float("scan_time").unit("s").range(0.0, 10.0).default(0.0).text(
-            "Time from the first to the last beam of a layer: while the mount moves, each beam begins where the mount was \
-             then; 0: all beams at once.",
+            "Time from the first to the last beam of a layer: on a moving mount, each beam starts where the mount was \
+             when the beam was sent; 0: all beams at once.",
         ),
-        Param::bool("skip_own_model")
-            .default(false)
-            .text("Whether objects of the sensor's own model are ignored."),
+        Param::bool("skip_own_model").default(false).text("Whether objects of the sensor's own model are ignored."),
     ]
     .map(Param::rebuilds)
     .into()
@@ -98,7 +96,7 @@ impl Settings {
         let beams = p.i64("rays")?;
         if beams < 1 || beams.saturating_mul(elevations.len() as i64) > MAX_BEAMS {
             return refuse(format!(
-                "{beams} rays in each of {} layers; expected 1 to {MAX_BEAMS} in total",
+                "`rays` is {beams}, in each of {} layers; expected 1 to {MAX_BEAMS} rays in total",
                 elevations.len()
             ));
         }
@@ -126,11 +124,11 @@ impl Settings {
             ));
         }
         if let Some(e) = s.elevations.iter().find(|e| e.abs() > FRAC_PI_2) {
-            return refuse(format!("a layer is at {e} rad; expected -pi/2 to pi/2"));
+            return refuse(format!("the elevation of a layer is {e} rad; expected -pi/2 to pi/2"));
         }
         if s.near < 0.0 || s.min_range < 0.0 || s.range <= s.near || s.range <= s.min_range {
             return refuse(format!(
-                "`range` ({} m) must be greater than `near` ({} m) and `min_range` ({} m), neither of them negative",
+                "`range` ({} m) must be greater than `near` ({} m) and `min_range` ({} m), which must be at least 0",
                 s.range, s.near, s.min_range
             ));
         }
@@ -143,7 +141,7 @@ impl Settings {
         Ok(s)
     }
 
-    /// Returns the age of each beam at the time of the last one, s.
+    /// Returns the age of each beam when the last beam of its layer is sent, s.
     pub fn ages(&self) -> impl Iterator<Item = f64> + '_ {
         let last = self.beams.saturating_sub(1);
         let step = self.scan_time / last.max(1) as f64;

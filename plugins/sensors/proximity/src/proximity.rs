@@ -17,13 +17,13 @@ pub struct Proximities;
 #[derive(Debug, Clone, PartialEq)]
 #[repr(C)]
 pub struct Proximity {
-    // Each measurement uses the first two fields, which are therefore next to the data with which the host fills
-    // batches.
+    // Every measurement uses the first two fields. `repr(C)` keeps them first, next to the data with which the host
+    // fills batches.
     min_range: f64,
-    /// Number of beams that must hit something.
+    /// Number of beams that must hit a surface for a detection.
     needed: usize,
     beams: Beams,
-    /// Full opening angle of the cone of random rays, rad, if it has them.
+    /// Full opening angle of the cone of random rays, rad; `None` for all other volumes.
     wander: Option<f64>,
 }
 
@@ -69,8 +69,8 @@ fn nearest(sample: &Sample<'_>, needed: usize) -> Option<Echo> {
     })
 }
 
-/// Returns a direction in a cone around +z with the full opening `angle`, given two numbers from 0 to 1: uniformly
-/// distributed over the part of the sphere inside the cone.
+/// Maps two numbers from 0 to 1 to a direction in the cone around +z with the full opening `angle`. Uniform numbers
+/// yield directions that are uniformly distributed over the solid angle of the cone.
 fn within(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
     let cosine = 1.0 - along * (1.0 - libm::cos(angle / 2.0));
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
@@ -80,7 +80,7 @@ fn within(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
 
 fields! {
     Proximity {
-        DETECTED: i32 = Field::new("proximity.detected").text("Whether something is detected: 1 or 0.");
+        DETECTED: i32 = Field::new("proximity.detected").text("Whether a surface is detected: 1 or 0.");
         DISTANCE: f64 = Field::new("proximity.distance")
             .unit("m")
             .text("Distance from the sensor's origin to the nearest point; 0: no detection.");
@@ -99,7 +99,7 @@ fields! {
 impl Sensor for Proximity {
     type Plugin = Proximities;
     const ID: &'static str = "proximity";
-    const TEXT: &'static str = "Detects the nearest surface along a ray or in a volume, as V-REP's sensors do.";
+    const TEXT: &'static str = "Detects the nearest surface along a ray or in a volume, like V-REP's sensors.";
     const SCHEMAS: &'static [&'static str] = &["proximity/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_POINT | TATU_IN_NORMAL | TATU_IN_OBJECT;
 
@@ -142,7 +142,7 @@ impl Sensor for Proximity {
         Ok(())
     }
 
-    /// Moves the point to the noisy distance; clears it if the noise has removed the detection.
+    /// Moves the point to the noisy distance, or clears all fields if the noise has removed the detection.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         if out.slice(Self::DETECTED)[0] == 0 {
             // Clear a detection that the noise has removed; without an echo, the fields are already zero.
@@ -164,8 +164,8 @@ impl Sensor for Proximity {
     }
 }
 
-/// Relative tolerance for comparing the reported distance with the norm of the detected point: if they are equal within
-/// it, no noise was added.
+/// Relative tolerance for comparing the reported distance with the norm of the detected point. Equality within this
+/// tolerance means that no noise was added.
 const SAME: f64 = 1e-9;
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
     safe::{Beams, Fail, Form, Param, Params, Result},
 };
 
-/// The parameters as written in scenes, unchecked.
+/// The parameters as written in scenes, before they are checked; lengths in m, angles in rad.
 #[derive(Debug, Clone)]
 pub(crate) struct Settings {
     pub volume: String,
@@ -34,7 +34,7 @@ pub(crate) struct Settings {
 /// Values of [`Settings::volume`].
 const VOLUMES: &[&str] = &["ray", "cone", "pyramid", "cylinder", "disc", "random_rays"];
 
-/// Values of [`Settings::waves`], and their bits.
+/// Values of [`Settings::waves`], and the corresponding bits of [`Beams`].
 const WAVES: &[(&str, u32)] = &[
     ("any", TATU_WAVES_ALL),
     ("ultrasonic", TATU_WAVES_ULTRASONIC),
@@ -45,28 +45,27 @@ const WAVES: &[(&str, u32)] = &[
 ];
 const WAVE_NAMES: &[&str] = &["any", "ultrasonic", "infrared", "laser", "inductive", "capacitive"];
 
-/// Maximum number of rays of a volume of random rays.
+/// Maximum number of random rays per measurement.
 const MAX_SAMPLES: i64 = 100_000;
 
-/// Declares the parameters, in this order.
+/// Declares the parameters of the sensor kind.
 pub(crate) fn params() -> Vec<Param> {
     let length = |key: &str| Param::float(key).unit("m").range(0.0, f64::INFINITY);
     [
-        Param::string("volume")
-            .choices(VOLUMES)
-            .default("ray")
-            .text("The volume of detection: the +z axis, or a volume around it; a cone and a disc have a round far \
-                   end."),
+        Param::string("volume").choices(VOLUMES).default("ray").text(
+            "The volume of detection: the +z axis, or a volume around it; a cone and a disc have a round far \
+                   end.",
+        ),
         length("range").default(1.0).text(
             "Distance from the sensor's origin to the far end; for a pyramid or a cylinder, the height of the far end.",
         ),
         length("near").default(0.0).text(
-            "Blind zone: surfaces nearer to the origin are ignored; of a pyramid and a cylinder, the height of the \
+            "Blind zone: surfaces closer to the origin are ignored; for a pyramid or a cylinder, the height of the \
              near end.",
         ),
         length("min_range").default(0.0).text(
-            "Threshold: when the nearest surface is nearer than this, nothing at all is reported (unlike `near`, which \
-             ignores that surface).",
+            "Threshold: if the nearest surface is closer than this, nothing is reported; `near`, by contrast, ignores \
+             only that surface.",
         ),
         Param::float("angle")
             .unit("rad")
@@ -77,7 +76,7 @@ pub(crate) fn params() -> Vec<Param> {
             .unit("rad")
             .range(0.0, TAU)
             .default(0.0)
-            .text("Full angle of a gap of a disc, around straight ahead; less than `angle`."),
+            .text("Full angle of a gap in the middle of a disc; must be less than `angle`."),
         Param::floats("size_near", 2)
             .unit("m")
             .range(0.0, f64::INFINITY)
@@ -100,21 +99,19 @@ pub(crate) fn params() -> Vec<Param> {
             .default(1i64)
             .text("Number of random rays that must hit something before the nearest hit is reported."),
         Param::float("max_incidence").unit("rad").range(0.0, FRAC_PI_2).default(FRAC_PI_2).text(
-            "Greatest angle between line of sight and surface normal; slanted surfaces send no echo. A quarter turn is no \
+            "Maximum angle between line of sight and surface normal; more slanted surfaces are not detected. pi/2: no \
              limit.",
         ),
-        Param::bool("front_faces").default(true).text("Whether outer sides of surfaces are detected."),
-        Param::bool("back_faces").default(true).text("Whether inner sides of surfaces are detected, as in a box."),
+        Param::bool("front_faces").default(true).text("Whether the outer sides of surfaces are detected."),
+        Param::bool("back_faces").default(true).text("Whether the inner sides of surfaces are detected."),
         Param::bool("occlusion").default(false).text(
-            "Whether the nearest point in a volume counts only if the line of sight to it is free: surfaces that are \
-             not detected themselves, because of their side or slant, then hide what is behind them.",
+            "Whether the nearest point in a volume must have a free line of sight: surfaces that are not detected \
+             themselves, because of their side or slant, then occlude surfaces behind them.",
         ),
         Param::string("waves").choices(WAVE_NAMES).default("any").text(
-            "Kind of its waves: a shape may be detectable by only some kinds (`detectable_mask`).",
+            "Kind of waves that the sensor emits; the `detectable_mask` of a shape selects the kinds that detect it.",
         ),
-        Param::bool("skip_own_model")
-            .default(false)
-            .text("Whether objects of the sensor's own model are ignored."),
+        Param::bool("skip_own_model").default(false).text("Whether objects of the sensor's own model are ignored."),
     ]
     .map(Param::rebuilds)
     .into()
@@ -160,13 +157,13 @@ impl Settings {
             ));
         }
         if self.min_range < 0.0 {
-            return refuse(format!("`min_range` ({} m) is negative", self.min_range));
+            return refuse(format!("`min_range` is {} m; expected at least 0", self.min_range));
         }
         if self.max_incidence <= 0.0 {
-            return refuse("`max_incidence` must be greater than 0; a quarter turn means no limit".into());
+            return refuse("`max_incidence` must be greater than 0; pi/2 means no limit".into());
         }
         if !self.front_faces && !self.back_faces {
-            return refuse("`front_faces` or `back_faces` must be set, or the sensor would detect nothing".into());
+            return refuse("`front_faces` or `back_faces` must be true, otherwise the sensor detects nothing".into());
         }
         let Some((_, waves)) = WAVES.iter().find(|(name, _)| *name == self.waves) else {
             return refuse(format!("`waves` is `{}`; expected one of {}", self.waves, WAVE_NAMES.join(", ")));
@@ -197,7 +194,7 @@ impl Settings {
             && !(self.angle > 0.0 && self.angle <= TAU + 1e-9)
         {
             return refuse(format!(
-                "`angle` is {} rad; for a {} expected more than 0 and at most 2 pi",
+                "`angle` is {} rad; the volume `{}` requires more than 0 and at most 2 pi",
                 self.angle, self.volume
             ));
         }
@@ -209,7 +206,8 @@ impl Settings {
                 let ([x, y], [u, v]) = (self.size_near, self.size_far);
                 if [x, y, u, v].iter().any(|s| *s < 0.0) || x.max(u) <= 0.0 || y.max(v) <= 0.0 {
                     return refuse(format!(
-                        "`size_near` is {:?} m and `size_far` {:?} m; a pyramid needs a width along x and y",
+                        "`size_near` is {:?} m and `size_far` {:?} m; expected at least 0, and for each axis one size \
+                         above 0",
                         self.size_near, self.size_far
                     ));
                 }
@@ -227,8 +225,8 @@ impl Settings {
             "disc" => {
                 if self.height <= 0.0 || self.gap < 0.0 || self.gap >= angle {
                     return refuse(format!(
-                        "a disc {} m high with a gap of {} rad in {angle} rad; expected more than 0 m, and a gap less than \
-                         `angle`",
+                        "`height` is {} m, `gap` is {} rad and `angle` is {angle} rad; a disc requires a height above \
+                         0, and a gap that is at least 0 and less than `angle`",
                         self.height, self.gap
                     ));
                 }
@@ -237,7 +235,8 @@ impl Settings {
             "random_rays" => {
                 if !(1..=MAX_SAMPLES).contains(&self.samples) || !(1..=self.samples).contains(&self.samples_needed) {
                     return refuse(format!(
-                        "{} of {} `samples` are needed; expected 1 to {MAX_SAMPLES}, and at most that many needed",
+                        "`samples_needed` is {} and `samples` is {}; expected `samples` from 1 to {MAX_SAMPLES}, and \
+                         `samples_needed` from 1 to `samples`",
                         self.samples_needed, self.samples
                     ));
                 }

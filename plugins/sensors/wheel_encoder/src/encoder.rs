@@ -13,14 +13,14 @@ use crate::presets;
 /// The plugin, which has no state.
 pub struct Encoders;
 
-/// An encoder.
+/// The configuration of an encoder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WheelEncoder {
-    /// The joint; 0: the nearest joint above.
+    /// The measured joint; 0: the nearest joint above the sensor.
     joint: tatu_object,
     /// Counts per rad, or per metre for a prismatic joint.
     counts: f64,
-    /// The joint's position at the creation of the encoder, rad or m, for which the count is 0.
+    /// The joint's position when the encoder was created, rad or m; the count is 0 at this position.
     start: f64,
 }
 
@@ -34,17 +34,18 @@ fields! {
     }
 }
 
-/// The state: whether there was a measurement, its time (s), the joint's position, the position since the start, and
-/// the counts.
+/// Number of state values: whether a measurement has been made (0 or 1), its time, s, the joint's position, the
+/// position since the start, and the counts.
 const STATE: usize = 5;
 
 impl WheelEncoder {
-    /// Returns the counts for a position since the start. Each count begins at a multiple of its width.
+    /// Returns the counts at a position relative to the start, rounded down.
     fn count(&self, position: f64) -> f64 {
         (position * self.counts).floor()
     }
 
-    /// Updates the state with the joint's position and velocity at a time, s; returns the counts now, and before.
+    /// Updates the state with the joint's position and velocity at a time, s. Returns the counts, the counts of the
+    /// previous measurement, and the time since then, s.
     fn turn(&self, state: &mut [f64], (time, position, velocity): (f64, f64, f64)) -> (f64, f64, f64) {
         let [there, last_time, last_position, total, counted] = state else { return (0.0, 0.0, 0.0) };
         if *there == 0.0 {
@@ -112,7 +113,7 @@ impl Sensor for WheelEncoder {
             };
         }
         if found == 0 {
-            let text = "an encoder without a joint above it counts nothing: set `joint` to the path of one";
+            let text = "the encoder counts nothing because no joint is above it; set `joint` to the path of a joint";
             world.log(TATU_LOG_WARNING, text.as_bytes());
             return Ok(WheelEncoder { joint, counts: counts * gear / TAU, start: 0.0 });
         }

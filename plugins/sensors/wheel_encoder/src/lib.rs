@@ -1,6 +1,6 @@
 //! Incremental encoders: ticks of a joint.
 //!
-//! `encoder` is the sensor; `presets` has devices.
+//! `encoder` is the sensor; `presets` contains models of devices.
 
 mod encoder;
 mod presets;

@@ -5,14 +5,14 @@ use tatu_plugin_api::safe::Preset;
 pub(crate) const ALL: &[Preset] = &[
     Preset {
         id: "pioneer_p3dx",
-        text: "Pioneer P3-DX: 500 ticks of a motor turn in quadrature, gear 38.3, so 76,600 counts a wheel turn (Pioneer 3 \
-               manual, table 20).",
+        text: "Pioneer P3-DX: 500 ticks per motor turn, in quadrature, gear 38.3: 76,600 counts per wheel turn \
+               (Pioneer 3 manual, table 20).",
         settings: "counts_per_turn = 2000.0\ngear = 38.3\n",
     },
     Preset {
         id: "pioneer_p3at",
-        text: "Pioneer P3-AT: 500 ticks of a motor turn in quadrature, gear 49.8, so 99,600 counts a wheel turn (Pioneer 3 \
-               manual, table 20).",
+        text: "Pioneer P3-AT: 500 ticks per motor turn, in quadrature, gear 49.8: 99,600 counts per wheel turn \
+               (Pioneer 3 manual, table 20).",
         settings: "counts_per_turn = 2000.0\ngear = 49.8\n",
     },
     Preset {

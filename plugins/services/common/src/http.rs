@@ -1,4 +1,4 @@
-//! Parses heads of HTTP requests, and writes responses.
+//! Parses the heads of HTTP requests, and writes HTTP responses.
 
 use std::{
     io::{self, Read, Write},
@@ -18,22 +18,23 @@ pub struct Request {
     pub method: String,
     /// The path, without the query.
     pub path: String,
-    /// The query: everything after the `?`.
+    /// The query: everything after the first `?`; empty if there is none.
     pub query: String,
+    /// The headers, with names in lower case.
     headers: Vec<(String, String)>,
 }
 
 impl Request {
-    /// Returns a header, by its name in lower case.
+    /// Returns the value of the header `name`, which must be in lower case.
     pub fn header(&self, name: &str) -> Option<&str> {
         self.headers.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
     }
-    /// Returns a value of the query.
+    /// Returns the value of the parameter `name` in the query, without percent-decoding.
     pub fn value(&self, name: &str) -> Option<&str> {
         self.query.split('&').find_map(|pair| pair.split_once('=').filter(|(n, _)| *n == name)).map(|(_, v)| v)
     }
 
-    /// Reads the head of a request. Size and time are limited, whatever the client sends.
+    /// Reads the head of a request. Fails if the head is too large or does not arrive within `HEAD_TIME`.
     pub fn read(stream: &mut TcpStream) -> io::Result<Request> {
         let begin = Instant::now();
         stream.set_read_timeout(Some(Duration::from_millis(500)))?;
@@ -52,13 +53,13 @@ impl Request {
             if bytes.len() > MOST_HEAD || begin.elapsed() > HEAD_TIME {
                 return Err(io::Error::new(
                     io::ErrorKind::InvalidData,
-                    "the head of the request is too long, or took too long",
+                    "the head of the request is longer than 16 KiB, or did not arrive within 5 s",
                 ));
             }
         }
     }
 
-    /// Parses a head; returns `None` if it is incomplete.
+    /// Parses a head. Returns `None` if it is incomplete.
     fn parse(bytes: &[u8]) -> io::Result<Option<Request>> {
         let mut headers = [httparse::EMPTY_HEADER; 64];
         let mut head = httparse::Request::new(&mut headers);
@@ -78,7 +79,7 @@ impl Request {
     }
 }
 
-/// Answers a request, and closes the connection.
+/// Writes a response with the given status, such as "200 OK", and tells the client that the connection will be closed.
 pub fn answer(stream: &mut TcpStream, status: &str, headers: &[(&str, &str)], body: &[u8]) -> io::Result<()> {
     let mut head = format!("HTTP/1.1 {status}\r\nContent-Length: {}\r\nConnection: close\r\n", body.len());
     for (name, value) in headers {

@@ -1,10 +1,10 @@
-//! Converts values to human-readable JSON and back: numbers are numbers, tables are arrays and objects.
+//! Converts values to human-readable JSON and back: numbers become numbers, and tables become arrays or objects.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Map, Number, Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result, Value};
 
-/// Keys that, as the only key of an object, mean something other than a table.
+/// Keys that, as the only key of a JSON object, mark a value that JSON cannot represent directly.
 const RESERVED: [&str; 4] = ["bytes", "number", "object", "pairs"];
 
 /// Converts a value to JSON.
@@ -28,11 +28,13 @@ pub fn write(value: &Value) -> Json {
     }
 }
 
+/// Converts a float, which may be infinite or NaN.
 fn float(x: f64) -> Json {
-    // Infinite numbers and NaN, which JSON does not have.
+    // JSON has no infinite numbers and no NaN.
     Number::from_f64(x).map_or_else(|| json!({ "number": x.to_string() }), Json::Number)
 }
 
+/// Converts a table: to a JSON object if all keys are strings, otherwise to a list of pairs.
 fn map(entries: &[(Value, Value)]) -> Json {
     let mut out = Map::new();
     for (key, value) in entries {
@@ -55,7 +57,7 @@ pub fn read(json: &Json) -> Result<Value> {
         Json::Bool(b) => Value::Bool(*b),
         Json::Number(n) => match n.as_i64() {
             Some(i) => Value::Int(i),
-            None => Value::Float(n.as_f64().ok_or_else(|| Fail::argument(format!("the number {n} is too large")))?),
+            None => Value::Float(n.as_f64().ok_or_else(|| Fail::argument(format!("the number {n} is out of range")))?),
         },
         Json::String(s) => Value::text(s),
         Json::Array(a) => array(a)?,
@@ -66,7 +68,7 @@ pub fn read(json: &Json) -> Result<Value> {
     })
 }
 
-/// Converts a JSON array: if it contains only numbers, to an array of numbers, otherwise to a list.
+/// Converts a JSON array: to an array of integers or floats if all elements are numbers, otherwise to a list.
 fn array(items: &[Json]) -> Result<Value> {
     let values = items.iter().map(read).collect::<Result<Vec<_>>>()?;
     let ints = values.iter().map(|v| if let Value::Int(i) = v { Some(*i) } else { None });
@@ -84,6 +86,7 @@ fn array(items: &[Json]) -> Result<Value> {
     })
 }
 
+/// Converts the content of a JSON object with the reserved key `key`.
 fn special(key: &str, inner: &Json) -> Result<Value> {
     let wrong = |what: &str| Fail::argument(format!("`{key}`: expected {what}, found {inner}"));
     Ok(match key {
@@ -97,7 +100,7 @@ fn special(key: &str, inner: &Json) -> Result<Value> {
             Some("NaN") => Value::Float(f64::NAN),
             _ => return Err(wrong("\"inf\", \"-inf\" or \"NaN\"")),
         },
-        "object" => Value::Object(inner.as_u64().ok_or_else(|| wrong("a number"))?),
+        "object" => Value::Object(inner.as_u64().ok_or_else(|| wrong("a non-negative integer"))?),
         _ => {
             let pairs = inner.as_array().ok_or_else(|| wrong("a list of pairs"))?;
             let pair = |p: &Json| match p.as_array().map(Vec::as_slice) {

@@ -1,10 +1,10 @@
-//! Code shared by services. It is a library, not a plugin: services are linked with it.
+//! Code shared by services. This is a library that services are linked with, not a plugin.
 //!
 //! - [`json`]: converts values to JSON and back;
-//! - [`listener`]: a local port that serves files and WebSockets, with tokens, limits, and checks of a page's origin;
+//! - [`listener`]: a local port that serves files and WebSockets; checks tokens and origins, and limits clients;
 //! - [`port`]: a local port with a thread for each connection, for other protocols;
-//! - [`http`]: heads of requests, and answers; [`outbox`]: the queue of messages to a client;
-//! - [`state`]: private files of the user that outlive a run; [`tokens`]: the tokens of a listener.
+//! - [`http`]: HTTP requests and responses; [`outbox`]: the queue of messages to a client;
+//! - [`state`]: private files of the user that are kept for later runs; [`tokens`]: the access tokens of a listener.
 
 pub mod http;
 pub mod json;

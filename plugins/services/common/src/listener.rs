@@ -1,9 +1,9 @@
 //! A local port that serves files and WebSockets.
 //!
-//! A client must name the address that it connected to (`Host`), a page must come from this server or from an allowed
-//! origin (`Origin`), and a WebSocket must carry the token if one is required. Sizes, counts and waiting times are
-//! limited, so that a misbehaving client only harms itself. Each connection has a separate thread, which never accesses
-//! a world: incoming messages wait in an inbox.
+//! The `Host` of a request must be the address of the listener, the `Origin` of a page must be this server or an
+//! allowed origin, and a WebSocket must present a token if one is required. Sizes, counts and waiting times are
+//! limited, so a misbehaving client harms only itself. Each connection has a separate thread, which never accesses a
+//! world: received messages are queued in an inbox.
 
 use std::{
     collections::VecDeque,
@@ -31,17 +31,17 @@ use crate::{
     tokens::{self, Tokens},
 };
 
-/// The path that returns the id of the service to any client, without a token.
+/// The path at which any client can query a description of the service without a token.
 const ABOUT: &str = "/tatu";
 
 /// Maximum number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 256;
-/// Maximum number of queued messages per client.
+/// Maximum number of queued messages from a client; a client that sends more is disconnected.
 const MOST_WAITING: usize = 10_000;
-/// Read timeout, after which a thread checks for messages to send.
+/// Read timeout of a connection, after which its thread sends queued messages. Also the pause after a failed `accept`.
 const SLICE: Duration = Duration::from_millis(8);
 
-/// Timeout of the connection that a listener makes to itself to end its thread.
+/// Timeout of the connection that a listener makes to itself in order to end its thread.
 const WAKE: Duration = Duration::from_secs(1);
 /// Size of the read buffer, bytes.
 const READ_AT_ONCE: usize = 4 << 10;
@@ -49,41 +49,41 @@ const READ_AT_ONCE: usize = 4 << 10;
 /// The rights of a client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rights {
-    /// May do everything.
+    /// Full rights: the client may control the world.
     Act,
-    /// May only read.
+    /// Read-only rights.
     Look,
 }
 
-/// The answer for a path: type, content, and additional headers.
+/// The response for a path: content type, content, and additional headers.
 pub type Page = (&'static str, Vec<u8>, Vec<(&'static str, String)>);
 
 /// Settings of a listener.
 pub struct Settings {
     /// Id of the service, which any client can query.
     pub service: &'static str,
-    /// Port on 127.0.0.1; 0: any free one.
+    /// Port on 127.0.0.1; 0: any free port.
     pub port: u16,
-    /// Path at which WebSockets connect.
+    /// Path of the WebSocket.
     pub path: &'static str,
-    /// Whether a WebSocket must carry a token; some standard protocols cannot. The tokens of a fixed port remain the same
-    /// from one run to the next.
+    /// Whether a WebSocket must present a token, which some standard protocols do not allow. The tokens of a fixed port
+    /// remain the same in later runs.
     pub token: bool,
-    /// Allowed origins of pages besides this server, as browsers send them: `http://localhost:8080`.
+    /// Allowed origins of pages besides this server, in the form that browsers send, such as `http://localhost:8080`.
     pub origins: Vec<String>,
-    /// Maximum size of a message, bytes.
+    /// Maximum size of a message from a client, bytes.
     pub most_message: usize,
-    /// The function that returns the file at a path.
+    /// Returns the file at a path, or `None` if it does not exist.
     pub files: fn(&str) -> Option<Page>,
-    /// Called after a message has arrived.
+    /// Called after a client has connected, disconnected, or sent a message.
     pub wake: Box<dyn Fn() + Send + Sync>,
 }
 
-/// A client connected by WebSocket.
+/// A client that is connected by a WebSocket.
 pub struct Client {
-    /// Number of the client, from 1.
+    /// Number of the client in order of connection, from 1.
     pub number: u64,
-    /// Rights of the client.
+    /// The rights that the token of the client grants.
     pub role: Rights,
     /// Messages to be sent to the client.
     pub out: Arc<Outbox>,
@@ -92,7 +92,7 @@ pub struct Client {
 }
 
 impl Client {
-    /// Returns the next message.
+    /// Removes and returns the next message from the client, or returns `None` if there is none.
     pub fn next(&self) -> Option<String> {
         lock(&self.inbox).pop_front()
     }
@@ -102,7 +102,7 @@ impl Client {
     }
 }
 
-/// An open port; dropping it ends its threads.
+/// An open port. Dropping it closes the port and all connections.
 pub struct Listener {
     /// The address on which it listens.
     pub address: SocketAddr,
@@ -110,7 +110,7 @@ pub struct Listener {
     pub token: String,
     /// The token for read-only rights.
     pub look_token: String,
-    /// The reason why the tokens of a fixed port are not kept for the next run.
+    /// The error because of which the tokens of a fixed port could not be stored for later runs, if any.
     pub unkept: Option<io::Error>,
     new: Arc<Mutex<Vec<Client>>>,
     end: Arc<AtomicBool>,
@@ -126,7 +126,7 @@ struct Shared {
     settings: Settings,
     address: SocketAddr,
     tokens: Tokens,
-    /// Distinguishes this listener from earlier ones on the same port.
+    /// Random id that distinguishes this listener from earlier ones on the same port.
     instance: String,
     new: Arc<Mutex<Vec<Client>>>,
     end: Arc<AtomicBool>,
@@ -139,7 +139,7 @@ impl Listener {
     pub fn open(settings: Settings) -> io::Result<Listener> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, settings.port))?;
         let address = listener.local_addr()?;
-        // The stored tokens of a port are used only by the program that has opened it.
+        // Only the process that has opened a port uses its stored tokens, so they are read after the port is open.
         let (tokens, unkept) = match settings.token && settings.port != 0 {
             true => tokens::kept(State::of_user(), settings.port)?,
             false => (tokens::new()?, None),
@@ -169,7 +169,7 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.end.store(true, Ordering::Release);
-        // The thread blocks until a connection arrives. If this connection fails, the thread is left running until the
+        // The thread blocks until a client connects. If this connection fails, the thread is left running until the
         // process exits.
         let woken = TcpStream::connect_timeout(&self.address, WAKE).is_ok();
         if let Some(thread) = self.thread.take().filter(|_| woken) {
@@ -178,6 +178,7 @@ impl Drop for Listener {
     }
 }
 
+/// Accepts connections, each in a new thread, until the listener is dropped.
 fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
     let mut threads: Vec<JoinHandle<()>> = Vec::new();
     while !shared.end.load(Ordering::Acquire) {
@@ -187,7 +188,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
                 let own = shared.clone();
                 own.count.fetch_add(1, Ordering::Relaxed);
                 let serve = move || {
-                    // An error only ends the client's own connection.
+                    // An error ends only the connection of this client.
                     let _ = serve(stream, &own);
                     own.count.fetch_sub(1, Ordering::Relaxed);
                 };
@@ -198,7 +199,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
                     }
                 }
             }
-            // There are too many connections: close this one.
+            // The connection is closed, because there are too many.
             Ok(_) => {}
             Err(_) => std::thread::sleep(SLICE),
         }
@@ -209,12 +210,13 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
     }
 }
 
-/// Returns whether a `Host`, or the host of an `Origin`, names this listener.
+/// Returns whether a `Host`, or the host of an `Origin`, is the address of this listener.
 fn is_here(name: &str, address: SocketAddr) -> bool {
     let port = address.port();
     [format!("127.0.0.1:{port}"), format!("localhost:{port}")].iter().any(|here| here == name)
 }
 
+/// Answers a request, or serves the WebSocket that it opens.
 fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
     stream.set_nodelay(true)?;
     let request = Request::read(&mut stream)?;
@@ -249,23 +251,23 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
                 headers.extend(more.iter().map(|(n, v)| (*n, v.as_str())));
                 answer(&mut stream, "200 OK", &headers, &bytes)
             }
-            None => refuse(&mut stream, "404 Not Found", "this page does not exist\n"),
+            None => refuse(&mut stream, "404 Not Found", "there is no file at this path\n"),
         };
     }
     if let Some(origin) = request.header("origin") {
         let here = origin.strip_prefix("http://").is_some_and(|o| is_here(o, shared.address));
         if !here && !shared.settings.origins.iter().any(|o| o == origin) {
-            return refuse(&mut stream, "403 Forbidden", "pages of this origin may not connect\n");
+            return refuse(&mut stream, "403 Forbidden", "pages from this origin may not connect\n");
         }
     }
     let role = match request.value("token") {
         _ if !shared.settings.token => Rights::Act,
         Some(t) if same(t, &shared.tokens[0]) => Rights::Act,
         Some(t) if same(t, &shared.tokens[1]) => Rights::Look,
-        _ => return refuse(&mut stream, "401 Unauthorized", "the token is missing or wrong\n"),
+        _ => return refuse(&mut stream, "401 Unauthorized", "the token in the address is missing or invalid\n"),
     };
     let Some(key) = request.header("sec-websocket-key") else {
-        return refuse(&mut stream, "426 Upgrade Required", "expected a WebSocket here\n");
+        return refuse(&mut stream, "426 Upgrade Required", "expected a WebSocket handshake at this path\n");
     };
     let accept = derive_accept_key(key.as_bytes());
     let head = format!(
@@ -275,7 +277,7 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
     talk(stream, role, shared)
 }
 
-/// Compares two texts in a time that does not depend on where they differ.
+/// Compares two strings in a time that does not depend on the position of the first difference.
 fn same(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |sum, (x, y)| sum | (x ^ y)) == 0
 }
@@ -285,7 +287,7 @@ fn talk(stream: TcpStream, role: Rights, shared: &Arc<Shared>) -> io::Result<()>
     stream.set_read_timeout(Some(SLICE))?;
     stream.set_write_timeout(Some(Duration::from_secs(5)))?;
     let most = shared.settings.most_message;
-    // Each read clears the whole buffer, and most reads find nothing, so the buffer is small.
+    // Each read clears the entire buffer, and most reads time out without data, so the buffer is small.
     let config = WebSocketConfig::default()
         .read_buffer_size(READ_AT_ONCE)
         .max_message_size(Some(most))

@@ -1,5 +1,5 @@
-//! The queue of messages to a client. A slow client only affects itself: of replaceable messages only the newest is
-//! queued, and a client for which too many other messages accumulate is disconnected.
+//! The queue of messages to a client. A slow client affects only itself: of frames, which replace each other, only the
+//! newest is queued, and a client with too many other queued messages is disconnected.
 
 use std::{
     collections::VecDeque,
@@ -8,15 +8,15 @@ use std::{
 
 pub use tungstenite::{Bytes, Utf8Bytes};
 
-/// Maximum size of the messages queued for a client, bytes.
+/// Maximum total size of the messages queued for a client, without the frame, bytes.
 const MOST: usize = 128 << 20;
 
 /// A message. Clones share its content, because many clients may receive the same message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Message {
-    /// JSON.
+    /// A text message, JSON.
     Text(Utf8Bytes),
-    /// Binary data.
+    /// A binary message.
     Binary(Bytes),
 }
 
@@ -32,8 +32,11 @@ impl Message {
 #[derive(Default)]
 struct State {
     queue: VecDeque<Message>,
+    /// Total size of `queue`, bytes.
     bytes: usize,
+    /// The newest frame that has not been sent.
     frame: Option<Message>,
+    /// Whether the client must be disconnected.
     cut: bool,
 }
 
@@ -45,7 +48,8 @@ impl Outbox {
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Queues a message that must be delivered, after all others.
+    /// Queues a message after all others. If the queue becomes too large, discards it and disconnects the client
+    /// instead.
     pub fn send(&self, message: Message) {
         let mut s = self.state();
         s.bytes += message.len();
@@ -56,24 +60,24 @@ impl Outbox {
             s.queue.push_back(message);
         }
     }
-    /// Returns whether the last frame has been taken, so that a new one may be queued.
+    /// Returns whether a new frame should be built: the last one has been taken, and few other messages are queued.
     pub fn wants_frame(&self) -> bool {
         let s = self.state();
         s.frame.is_none() && s.queue.len() < 64
     }
-    /// Returns whether messages that must be delivered are queued.
+    /// Returns whether messages other than a frame are queued.
     pub fn waits(&self) -> bool {
         !self.state().queue.is_empty()
     }
-    /// Returns the size of the queued messages that must be delivered, in bytes.
+    /// Returns the total size of the queued messages without the frame, in bytes.
     pub fn bytes(&self) -> usize {
         self.state().bytes
     }
-    /// Sets the frame to be sent after all messages now queued; it replaces an older one.
+    /// Sets the frame, which is sent when no other messages are queued. It replaces an older frame that was not sent.
     pub fn frame(&self, message: Message) {
         self.state().frame = Some(message);
     }
-    /// Removes and returns the next message.
+    /// Removes and returns the next message: a queued one, otherwise the frame.
     pub fn next(&self) -> Option<Message> {
         let mut s = self.state();
         match s.queue.pop_front() {
@@ -84,7 +88,7 @@ impl Outbox {
             None => s.frame.take(),
         }
     }
-    /// Disconnects the client.
+    /// Marks the client to be disconnected.
     pub fn cut(&self) {
         self.state().cut = true;
     }

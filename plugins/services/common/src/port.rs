@@ -1,5 +1,5 @@
-//! A local port with a thread for each connection, for custom protocols. Connections beyond the limit are closed;
-//! dropping the port lets pending answers be written, then ends the threads.
+//! A local port with a thread for each connection, for custom protocols. Connections beyond the limit are closed.
+//! Dropping the port waits until pending answers have been written and all threads have ended.
 
 use std::{
     collections::BTreeMap,
@@ -13,8 +13,9 @@ use std::{
     time::Duration,
 };
 
-/// Pause after a failed `accept`, and timeout of the connection that ends the accepting thread.
+/// Pause after a failed `accept`.
 const PAUSE: Duration = Duration::from_millis(50);
+/// Timeout of the connection that unblocks the accepting thread.
 const OWN: Duration = Duration::from_secs(5);
 
 /// An open port.
@@ -28,7 +29,9 @@ pub struct Port {
 /// The open connections of a port.
 #[derive(Default)]
 struct Open {
+    /// The connections, by number.
     streams: Mutex<BTreeMap<u64, TcpStream>>,
+    /// Whether the port is being closed.
     end: AtomicBool,
 }
 
@@ -39,6 +42,7 @@ impl Open {
     fn ends(&self) -> bool {
         self.end.load(Ordering::Acquire)
     }
+    /// Ends reading on all connections, which makes their threads return.
     fn stop_reading(&self) {
         for stream in self.streams().values() {
             let _ = stream.shutdown(Shutdown::Read);
@@ -47,9 +51,9 @@ impl Open {
 }
 
 impl Port {
-    /// Opens a port on 127.0.0.1; if `port` is 0, any free one. `serve` is called in a separate thread for each
-    /// connection, with the connection's number, and must return when reading fails. At most `most` connections are
-    /// open at a time.
+    /// Opens a port on 127.0.0.1; if `port` is 0, any free port. `serve` is called in a separate thread for each
+    /// connection, with the number of the connection, and must return when reading fails. At most `most` connections
+    /// are open at the same time. `name` is the name of the accepting thread.
     pub fn open(
         port: u16,
         name: &str,
@@ -68,7 +72,7 @@ impl Port {
 impl Drop for Port {
     fn drop(&mut self) {
         self.open.end.store(true, Ordering::Release);
-        // The thread blocks in `accept`: connecting to the port unblocks it.
+        // The thread blocks in `accept`; connecting to the port unblocks it.
         let _ = TcpStream::connect_timeout(&self.address, OWN);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -76,6 +80,7 @@ impl Drop for Port {
     }
 }
 
+/// Accepts connections, each in a new thread, until the port is dropped.
 fn accept<F>(socket: &TcpListener, open: &Arc<Open>, most: usize, serve: &Arc<F>)
 where
     F: Fn(TcpStream, u64) + Send + Sync + 'static,
@@ -89,7 +94,7 @@ where
         }
         threads.retain(|t| !t.is_finished());
         let Ok((stream, _)) = accepted else {
-            // For example, the process may be out of file handles, which may become available again.
+            // The error may be temporary, for example if the process has too many open files.
             thread::sleep(PAUSE);
             continue;
         };
@@ -106,7 +111,7 @@ where
             Err(_) => drop(open.streams().remove(&number)),
         }
     }
-    // Shut down reading, so that the threads end after writing pending answers.
+    // Ends reading only, so that the threads can write pending answers before they end.
     open.stop_reading();
     for thread in threads {
         let _ = thread.join();

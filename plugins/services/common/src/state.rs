@@ -1,8 +1,8 @@
-//! Private files that services keep for the user from one run to the next: in `XDG_STATE_HOME/tatu`, normally
+//! Private files of the user that services keep for later runs. They are in `$XDG_STATE_HOME/tatu`, by default
 //! `~/.local/state/tatu`.
 //!
 //! The folder and its files are accessible only to the user. A file that is a link, belongs to another user, or can be
-//! accessed by other users is not read: they may have written it, or may know its contents.
+//! accessed by other users is not read, because other users may have written it or may know its contents.
 
 use std::{
     env,
@@ -19,17 +19,16 @@ pub struct State {
 }
 
 impl State {
-    /// Returns the folder of this user, creating it if necessary.
+    /// Opens the folder of this user, and creates it if necessary.
     pub fn of_user() -> io::Result<State> {
         let folder = folder_of(|name| env::var_os(name)).ok_or_else(|| {
-            let text =
-                "there is no folder for the state of programs: expected an absolute path in HOME or XDG_STATE_HOME";
+            let text = "the folder for private files is not known: set `HOME` or `XDG_STATE_HOME` to an absolute path";
             io::Error::new(io::ErrorKind::NotFound, text)
         })?;
         State::at(folder)
     }
 
-    /// Returns the folder at a path, creating it if necessary.
+    /// Opens the folder at a path, and creates it if necessary.
     pub fn at(folder: PathBuf) -> io::Result<State> {
         #[cfg_attr(not(unix), expect(unused_mut, reason = "the mode exists only on Unix"))]
         let mut builder = fs::DirBuilder::new();
@@ -39,7 +38,8 @@ impl State {
         Ok(State { folder })
     }
 
-    /// Returns the contents of a file of at most `most` bytes, or `None` if it does not exist or must not be trusted.
+    /// Returns the contents of a file. Returns `None` if the file does not exist, is larger than `most` bytes, or
+    /// cannot be trusted.
     pub fn read(&self, name: &str, most: u64) -> Option<Vec<u8>> {
         let path = self.folder.join(name);
         if !fs::symlink_metadata(&path).ok()?.is_file() {
@@ -56,9 +56,10 @@ impl State {
         Some(bytes)
     }
 
-    /// Writes a file atomically: a failure leaves it unchanged. A link with this name is replaced, not followed.
+    /// Writes a file atomically, so that a failure leaves an existing file unchanged. A link with this name is
+    /// replaced, not followed.
     pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
-        // Temporary files are created with access for the user only.
+        // `NamedTempFile` creates a file that only the user can access.
         let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
         file.write_all(bytes)?;
         file.persist(self.folder.join(name)).map_err(|e| e.error)?;
@@ -77,7 +78,7 @@ impl State {
     #[cfg(unix)]
     fn is_private(&self, about: &fs::Metadata) -> io::Result<bool> {
         use std::os::unix::fs::MetadataExt;
-        // The owner of a new file is the user of this process.
+        // The standard library does not provide the id of the user, but a new file belongs to the user.
         let own = tempfile::tempfile_in(&self.folder)?.metadata()?.uid();
         Ok(about.uid() == own && about.mode() & 0o077 == 0)
     }
@@ -87,8 +88,9 @@ impl State {
     }
 }
 
+/// Returns the path of the folder, given a function that returns environment variables.
 fn folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
-    // A relative path would depend on the working folder.
+    // Relative paths are ignored, because they would depend on the working folder.
     let folder = |name: &str| variable(name).map(PathBuf::from).filter(|p: &PathBuf| Path::is_absolute(p));
     let state = folder("XDG_STATE_HOME").or_else(|| match cfg!(windows) {
         true => folder("LOCALAPPDATA"),

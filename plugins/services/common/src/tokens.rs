@@ -1,32 +1,32 @@
-//! The tokens of a listener. Those of a fixed port are stored for later runs, so that an open page can reconnect with
-//! the same address when the program is restarted.
+//! The access tokens of a listener. Those of a fixed port are stored for later runs, so that an open page can reconnect
+//! at the same address after the program has been restarted.
 
 use std::io;
 
 use crate::state::State;
 
-/// Size of a token before it is encoded in hexadecimal, bytes.
+/// Number of random bytes in a token, each of which is encoded as two hexadecimal digits.
 const BYTES: usize = 16;
 /// Maximum size of a token file, bytes.
 const MOST: u64 = 1 << 10;
 
-/// The tokens for full rights and for read-only rights.
+/// The token for full rights, and the token for read-only rights.
 pub type Tokens = [String; 2];
 
-/// Creates a random token that cannot be guessed.
+/// Creates a random token of 32 hexadecimal digits.
 pub fn token() -> io::Result<String> {
     let mut bytes = [0; BYTES];
     getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("random numbers are not available: {e}")))?;
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
-/// Creates both tokens.
+/// Creates random tokens.
 pub(crate) fn new() -> io::Result<Tokens> {
     Ok([token()?, token()?])
 }
 
-/// Returns the tokens stored for a port. If there are none, creates and stores new ones; if storing fails, also returns
-/// the error.
+/// Returns the tokens stored for a port. If there are none, creates new ones and stores them; if that fails, returns
+/// the error as well.
 pub(crate) fn kept(state: io::Result<State>, port: u16) -> io::Result<(Tokens, Option<io::Error>)> {
     let name = format!("port-{port}.tokens");
     let state = match state {
@@ -41,13 +41,13 @@ pub(crate) fn kept(state: io::Result<State>, port: u16) -> io::Result<(Tokens, O
     Ok((tokens, written.err()))
 }
 
-/// Parses a token file, which contains both tokens, each on a line.
+/// Parses a token file, which contains one token per line. Returns `None` if it is invalid.
 fn parse(bytes: Vec<u8>) -> Option<Tokens> {
     let text = String::from_utf8(bytes).ok()?;
     let is_token = |line: &str| line.len() == 2 * BYTES && line.bytes().all(|b| b.is_ascii_hexdigit());
     let mut lines = text.lines();
     let tokens = [lines.next()?.to_owned(), lines.next()?.to_owned()];
-    // Equal tokens would give full rights to clients that may only read.
+    // If both tokens were equal, the token for read-only rights would grant full rights.
     (lines.next().is_none() && tokens.iter().all(|t| is_token(t)) && tokens[0] != tokens[1]).then_some(tokens)
 }
 

@@ -1,5 +1,5 @@
-//! Connections: each client has a reading and a writing thread. They never access a world: lines wait in a queue until
-//! the barrier.
+//! Connections of clients. Each has a reading and a writing thread, which never access a world: received lines are
+//! queued until the barrier.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -26,51 +26,55 @@ use crate::message::Message;
 const MOST_CLIENTS: usize = 256;
 /// Maximum length of a line, bytes.
 pub const LINE_LIMIT: usize = 16 << 20;
-/// Maximum number of lines per client queued for the barrier. When the queue is full, the client's reader blocks, and
-/// finally the client itself.
+/// Maximum number of lines per client that are queued for the barrier. While the queue is full, the client's reader
+/// blocks, so that eventually the client blocks, too.
 const QUEUE: usize = 256;
-/// Maximum size of the lines queued for a client, bytes; a client that lets more accumulate is disconnected.
+/// Maximum total size of the lines queued for a client, bytes. If more accumulate, the client is disconnected.
 const UNREAD_LIMIT: usize = 64 << 20;
-/// A client that accepts no data for this time is considered gone.
+/// Time for which sending to a client may block before the client is disconnected.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// The port, and the clients that have connected to it.
+/// The port, and the clients that have connected to it recently.
 pub struct Listener {
     arrivals: Arc<Mutex<Arrivals>>,
-    /// The open port, or `None` after it was closed.
+    /// The open port; `None` only while the listener is being dropped.
     port: Option<Port>,
 }
 
-/// Clients that have connected since the last call of `take_new`, in order.
+/// Clients that have connected since the last call of `take_new`, in order of connection.
 #[derive(Default)]
 struct Arrivals {
     clients: Vec<Client>,
+    /// Whether the listener is being dropped, so that new clients are rejected.
     closed: bool,
 }
 
-/// A connection. Its reader is a thread of the port.
+/// A connected client. Its reader is a thread of the port.
 pub struct Client {
-    /// Number in order of connection, from 1.
+    /// Number of the client in order of connection, from 1.
     pub number: u64,
+    /// The received lines.
     lines: Receiver<Message>,
     link: Arc<Link>,
+    /// Queues lines for the writer.
     replies: Sender<Vec<u8>>,
     writer: JoinHandle<()>,
 }
 
-/// Data shared by a client's threads.
+/// State of a client that is shared with its threads.
 #[derive(Default)]
 struct Link {
-    /// Whether the client has sent its last line.
+    /// Whether the reader has ended, so that no further lines will be queued.
     ended: AtomicBool,
-    /// Whether the client accepts no more data.
+    /// Whether the client cannot be sent further data.
     broken: AtomicBool,
-    /// Size of the lines that have not been sent to the client yet, bytes.
+    /// Total size of the lines that are queued for the client, bytes.
     unread: AtomicUsize,
 }
 
 impl Listener {
-    /// Opens a local port; if `port` is 0, any free one. Each client must send `token` first, unless it is empty.
+    /// Opens a port on 127.0.0.1; if `port` is 0, any free port. Unless `token` is empty, each client must send it in
+    /// its first line.
     pub fn open(port: u16, token: String, session: Session) -> Result<Self> {
         let arrivals = Arc::<Mutex<Arrivals>>::default();
         let inside = arrivals.clone();
@@ -90,7 +94,7 @@ impl Listener {
         };
         let port = Port::open(port, "jsonl", MOST_CLIENTS, serve).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
-                .help("choose another `port`; 0 means any free port")
+                .help("choose another `port`, or 0 for any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("jsonl: listening on {}", port.address));
         Ok(Listener { arrivals, port: Some(port) })
@@ -104,13 +108,14 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.arrivals.lock().unwrap_or_else(PoisonError::into_inner).closed = true;
-        // A reader may block on its full queue until its client is closed, and the port waits for readers.
+        // The port waits for the readers, but a reader with a full queue blocks until its client is closed.
         self.take_new().into_iter().for_each(Client::close);
         self.port.take();
     }
 }
 
 impl Client {
+    /// Starts the writer of a new client. Also returns the sender of its queue of received lines, for the reader.
     fn new(number: u64, stream: &TcpStream, session: Session) -> std::io::Result<(Self, SyncSender<Message>)> {
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
@@ -122,20 +127,19 @@ impl Client {
         let writer = writer.spawn(move || write(writing, &waiting, &inside, session))?;
         Ok((Client { number, lines, link, replies, writer }, queue))
     }
-    /// Returns the next line, if one is queued.
+    /// Removes and returns the next received line, or returns `None` if there is none.
     pub fn next_line(&self) -> Option<Message> {
         self.lines.try_recv().ok()
     }
-    /// Returns whether the client has sent its last line or has disconnected, so that it cannot hold the world any
-    /// more.
+    /// Returns whether the client has sent its last line or has disconnected, so that it can no longer hold the world.
     pub fn ended(&self) -> bool {
         self.link.ended.load(Ordering::Acquire) || self.broken()
     }
-    /// Returns whether the client accepts no more data.
+    /// Returns whether the client cannot be sent further data.
     pub fn broken(&self) -> bool {
         self.link.broken.load(Ordering::Acquire)
     }
-    /// Queues a line to the client.
+    /// Queues a line for the client.
     pub fn send(&self, line: &Json) {
         let mut bytes = line.to_string().into_bytes();
         bytes.push(b'\n');
@@ -144,18 +148,18 @@ impl Client {
             self.link.broken.store(true, Ordering::Release);
         }
     }
-    /// Closes the connection after the queued lines have been sent; its threads end by themselves.
+    /// Lets the writer send the queued lines and then close the connection. Returns the thread of the writer.
     pub fn leave(self) -> JoinHandle<()> {
         self.writer
     }
-    /// Closes the connection, and waits until the queued lines have been sent.
+    /// Closes the connection after waiting until the queued lines have been sent.
     pub fn close(self) {
         let _ = self.leave().join();
     }
 }
 
-/// Sends queued lines; at the end, or when the client accepts no more data, it closes both directions, which also ends
-/// the reader.
+/// Sends queued lines until the client is closed or sending fails. Then closes both directions of the connection, which
+/// also ends the reader.
 fn write(mut stream: TcpStream, waiting: &Receiver<Vec<u8>>, link: &Link, session: Session) {
     while let Ok(bytes) = waiting.recv() {
         if stream.write_all(&bytes).is_err() {
@@ -168,8 +172,8 @@ fn write(mut stream: TcpStream, waiting: &Receiver<Vec<u8>>, link: &Link, sessio
     session.wake();
 }
 
-/// Queues lines until the client ends. A client whose first line is not a message is refused: a web page can make a
-/// browser send data to any port, but only after the head of an HTTP request.
+/// Reads and queues lines until the client closes the connection. A client is rejected if its first line is not a
+/// message: a web page can make a browser send data to any port, but only after the head of an HTTP request.
 fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &Session, token: &str) {
     let mut first = true;
     let mut stream = BufReader::with_capacity(64 << 10, stream);
@@ -199,7 +203,7 @@ fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &S
     session.wake();
 }
 
-/// Skips to the end of the line; returns `false` if the client ended before.
+/// Skips the rest of the line. Returns `false` if the connection is closed before the line ends.
 fn skip_line(stream: &mut impl BufRead) -> bool {
     loop {
         let (used, end) = match stream.fill_buf() {

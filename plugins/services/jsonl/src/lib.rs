@@ -1,8 +1,8 @@
 //! A service that accepts commands as lines of JSON; the README describes the protocol.
 //!
-//! - `service`: processes lines at the barrier;
+//! - `service`: executes the requests of clients at the barrier;
 //! - `clients`: connections and their threads;
-//! - `message`: parses lines.
+//! - `message`: parses the lines that clients send.
 
 mod clients;
 mod message;

@@ -8,40 +8,42 @@ use tatu_plugin_api::{
 
 use tatu_services_common::json;
 
-/// A request of a client.
+/// A request from a client.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ask {
-    /// A call of a command.
+    /// Calls a command.
     Call { name: String, args: Vec<Value> },
-    /// Turns stepping mode on or off.
+    /// Switches stepping mode on or off.
     Stepping(bool),
-    /// Lets this many steps pass.
+    /// Permits this number of steps.
     Step(u64),
-    /// Requests a change of state: `TATU_REQUEST_*`.
+    /// Requests a change of the simulation state: one of the constants `TATU_REQUEST_*`.
     Request(u32),
     /// Requests the state of the simulation.
     State,
-    /// Turns events on or off.
+    /// Switches the sending of events on or off.
     Events(bool),
-    /// Selects the world for later requests.
+    /// Selects the world for later requests, by its index from 0.
     World(usize),
-    /// The token that admits the client.
+    /// Presents the token.
     Token(String),
 }
 
-/// A parsed line: the client's id for it, and the request, or why it is invalid.
+/// A parsed line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
+    /// The `id` of the line, which the answer repeats; null if it has none.
     pub id: Json,
+    /// The request, or the reason why the line is invalid.
     pub ask: Result<Ask>,
     /// Whether the line is not a JSON object.
     pub no_json: bool,
 }
 
-/// Maximum number of steps per request: a year and a half at 20 steps per second.
+/// Maximum number of steps per request.
 const MOST_STEPS: u64 = 1_000_000_000;
 
-/// Keys of requests. A message has exactly one of them, besides `id` and `args`.
+/// Keys of requests. A message has exactly one of them, in addition to `id` and `args`.
 const ASKS: [&str; 8] = ["call", "stepping", "step", "request", "state", "events", "world", "token"];
 
 impl Message {
@@ -55,29 +57,31 @@ impl Message {
         };
         Message { id: json.get("id").cloned().unwrap_or_default(), ask: ask(&json), no_json: !json.is_object() }
     }
-    /// Returns the error that refuses a client with this first line, or `None` if the line is accepted. A client must
-    /// send `token` first, unless it is empty.
+    /// Returns the error for a client with this first line, or `None` if the client is accepted. The first line must be
+    /// a JSON object and, unless `token` is empty, present this token.
     pub fn refusal(&self, token: &str) -> Option<Message> {
         let text = match &self.ask {
             Ok(Ask::Token(said)) if said == token || token.is_empty() => return None,
-            Ok(_) if !token.is_empty() => "this service requires a token first",
+            Ok(_) if !token.is_empty() => "this service requires a valid token in the first line",
             Err(fail) if self.no_json => {
-                let fail = Fail::argument(format!("the first line is {}: the connection is closed", fail.text()));
+                let fail =
+                    Fail::argument(format!("the first line is invalid ({}), so the connection is closed", fail.text()));
                 return Some(Message::wrong(fail.help("send one JSON object per line; this is not a web server")));
             }
             _ => return None,
         };
-        let fail = Fail::argument(format!("{text}: the connection is closed"));
+        let fail = Fail::argument(format!("{text}, so the connection is closed"));
         let fail =
             fail.help("send {\"token\": \"...\"} as the first line, with the token that the service was started with");
         Some(Message { id: self.id.clone(), ask: Err(fail), no_json: false })
     }
-    /// Creates the error for a line whose id is unknown.
+    /// Creates the message for a line with an unknown id that cannot be accepted.
     pub fn wrong(fail: Fail) -> Message {
         Message { id: Json::Null, ask: Err(fail), no_json: false }
     }
 }
 
+/// Returns the request in a line.
 fn ask(json: &Json) -> Result<Ask> {
     let help =
         "send {\"id\": 1, \"call\": \"name\", \"args\": []}, or one of stepping, step, request, state, events, world";
@@ -97,22 +101,22 @@ fn ask(json: &Json) -> Result<Ask> {
             let args = match object.get("args") {
                 None => Vec::new(),
                 Some(Json::Array(args)) => args.iter().map(json::read).collect::<Result<_>>()?,
-                Some(_) => return Err(Fail::argument("`args`: expected a list")),
+                Some(_) => return Err(Fail::argument("`args`: expected an array")),
             };
             Ask::Call { name, args }
         }
         "stepping" => Ask::Stepping(truth()?),
         "events" => Ask::Events(truth()?),
-        "token" => Ask::Token(value.as_str().ok_or_else(|| wrong("a word"))?.to_owned()),
+        "token" => Ask::Token(value.as_str().ok_or_else(|| wrong("a string"))?.to_owned()),
         "state" => {
             truth()?;
             Ask::State
         }
         "step" => {
             let count = value.as_u64().filter(|n| (1..=MOST_STEPS).contains(n));
-            Ask::Step(count.ok_or_else(|| wrong("a number of steps, 1 to 1000000000"))?)
+            Ask::Step(count.ok_or_else(|| wrong("a number of steps from 1 to 1000000000"))?)
         }
-        "world" => Ask::World(value.as_u64().ok_or_else(|| wrong("a number from 0"))? as usize),
+        "world" => Ask::World(value.as_u64().ok_or_else(|| wrong("the index of a world, from 0"))? as usize),
         _ => Ask::Request(match value.as_str() {
             Some("stop") => TATU_REQUEST_STOP,
             Some("pause") => TATU_REQUEST_PAUSE,
@@ -123,7 +127,7 @@ fn ask(json: &Json) -> Result<Ask> {
     })
 }
 
-/// Builds the line that reports an error.
+/// Builds the answer that reports an error to the client.
 pub fn error(id: &Json, fail: &Fail) -> Json {
     let mut error = json!({ "code": fail.code(), "text": fail.text() });
     if let Some(help) = fail.help_text() {

@@ -1,4 +1,4 @@
-//! Processes lines at the barrier: clients in order of connection, and their lines in order of arrival.
+//! Executes requests at the barrier: clients in order of connection, and the lines of each client in order of arrival.
 
 use std::{
     cell::{Cell, RefCell, RefMut},
@@ -19,70 +19,72 @@ use crate::{
     message::{Ask, Message, error},
 };
 
-/// The plugin, which offers one service.
+/// The plugin, which offers the service `jsonl`.
 pub struct JsonLines {
-    /// The property "scene.time".
+    /// Interned key of the property `scene.time`.
     pub(crate) time: Prop,
 }
 
-/// Maximum number of lines per client processed in a turn, so that one client cannot starve the others.
+/// Maximum number of lines per client that are processed at a barrier, so that a client cannot starve the others.
 const AT_ONCE: usize = 1000;
 
-/// The service.
+/// The service `jsonl`.
 pub struct Jsonl {
     state: RefCell<State>,
     session: Session,
     time: Prop,
-    /// Number of clients to wait for before the first step.
+    /// Number of clients that must have sent a `stepping` message before the first step.
     wait_for: i64,
     /// Number of clients that have sent a `stepping` message.
     greeted: Cell<i64>,
+    /// Token for the next command that waits.
     next_token: Cell<u64>,
 }
 
 struct State {
     clients: Vec<Guest>,
-    /// Writing threads of clients that have left.
+    /// Writing threads of clients that have disconnected.
     threads: Vec<JoinHandle<()>>,
-    /// Commands that wait: client number and line id, by token.
+    /// The number of the client and the id of the line for each command that waits, by token.
     waits: BTreeMap<u64, (u64, Json)>,
-    /// Must be the last field, because fields are dropped in order, and no client may connect while others are being
-    /// closed.
+    /// The open port, which is closed after all clients.
     listener: Listener,
 }
 
-/// A client and its relation to a world.
+/// A client and its settings.
 struct Guest {
     client: Client,
-    /// Whether steps need its permission.
+    /// Whether steps require the permission of the client.
     stepping: bool,
+    /// Whether the client has sent a `stepping` message.
     greeted: bool,
+    /// Whether the client receives events.
     events: bool,
-    /// Index of the selected world.
+    /// Index of the world that the client has selected.
     world: usize,
-    /// The steps that the client has permitted: the id of its line, and the step at which they end.
+    /// The pending `step` request of the client: the id of its line, and the step at which it ends.
     until: Option<(Json, u64)>,
-    /// The next line, taken from the queue before the turn of its world.
+    /// A line that was taken from the queue but must be processed later.
     next: Option<Message>,
-    /// Whether everything that the client sent has been processed, and nothing more will arrive.
+    /// Whether all lines of the client have been processed, and the client can send no more.
     over: bool,
 }
 
 impl Service for Jsonl {
     type Plugin = JsonLines;
     const ID: &'static str = "jsonl";
-    const TEXT: &'static str = "Accepts commands as lines of JSON on a local socket, with or without stepping.";
+    const TEXT: &'static str = "Accepts commands as lines of JSON on a local socket. Clients may control the stepping.";
 
     fn params() -> Vec<Param> {
         vec![
             Param::int("port")
                 .range(0.0, 65535.0)
                 .default(23300)
-                .text("port of 127.0.0.1 to listen on; 0: any free one"),
+                .text("port on 127.0.0.1 to listen on; 0: any free port"),
             Param::int("wait_for")
                 .range(0.0, 1000.0)
                 .default(0)
-                .text("how many clients must have sent a `stepping` message before the first step"),
+                .text("number of clients that must have sent a `stepping` message before the first step"),
             Param::string("token")
                 .default("")
                 .text("token that each client must send first, as `{\"token\": \"...\"}`; empty: no token is required"),
@@ -121,7 +123,7 @@ impl Service for Jsonl {
             if guest.world >= worlds {
                 guest.world = 0;
             }
-            // Lines that only change the client's relation to worlds do not wait for its world's turn.
+            // Lines that only change the settings of the client are processed in the turn of any world.
             while guest.world != here && guest.until.is_none() {
                 guest.next = guest.next.take().or_else(|| guest.client.next_line());
                 match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Stepping(_) | Ask::World(_)))) {
@@ -148,7 +150,10 @@ impl Service for Jsonl {
             if name == "stopped"
                 && let Some((id, _)) = guest.until.take()
             {
-                let fail = Fail::with_code(TATU_ERR_GONE, "the simulation was stopped before the steps were done");
+                let fail = Fail::with_code(
+                    TATU_ERR_GONE,
+                    "the simulation was stopped before the requested steps were completed",
+                );
                 guest.client.send(&error(&id, &fail));
             }
         }
@@ -171,7 +176,7 @@ impl Jsonl {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
 
-    /// Processes the lines of a client; returns whether it holds the world.
+    /// Processes the lines of a client. Returns whether the client holds the world.
     fn serve(
         &self,
         guest: &mut Guest,
@@ -184,7 +189,7 @@ impl Jsonl {
         let here = guest.world;
         for _ in 0..AT_ONCE {
             match &guest.until {
-                // While the simulation is paused, the client's own next line may resume it.
+                // The client waits for its steps, but during a pause, its next line may resume the simulation.
                 Some((_, until)) if step < *until && turn.state() == TATU_PAUSED => {
                     guest.next = guest.next.take().or_else(|| guest.client.next_line());
                     match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Request(_) | Ask::State))) {
@@ -200,13 +205,13 @@ impl Jsonl {
                 }
                 None => {}
             }
-            // Read this flag before the queue: a last line arrives before the end.
+            // The flag must be read before the queue, because it is set after the last line has been queued.
             let ended = guest.client.ended();
             let Some(message) = guest.next.take().or_else(|| guest.client.next_line()) else {
                 guest.over = ended;
                 return Ok(guest.stepping && !ended);
             };
-            // Steps are counted from the start of a run: until the start, this line and later ones wait.
+            // Steps are counted from the start of a run, so this line and later ones must wait for the start.
             if matches!(message.ask, Ok(Ask::Step(_))) && turn.state() == TATU_STOPPED {
                 guest.next = Some(message);
                 guest.over = ended;
@@ -217,11 +222,12 @@ impl Jsonl {
                 return Ok(false);
             }
         }
-        // There may be more lines: request another turn at once.
+        // There may be further lines, so another turn is requested immediately.
         self.session.wake();
         Ok(guest.stepping && !guest.client.ended())
     }
 
+    /// Executes a request, and sends the answer unless it must wait.
     fn handle(
         &self,
         guest: &mut Guest,
@@ -292,7 +298,7 @@ impl Jsonl {
 }
 
 impl State {
-    /// Removes clients that have left and have no pending answers.
+    /// Removes clients that have disconnected, except those that are still owed answers and can receive them.
     fn bury(&mut self) {
         let waits = &self.waits;
         let is_over = |g: &mut Guest| {

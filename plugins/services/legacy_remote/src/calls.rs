@@ -12,16 +12,16 @@ use crate::{
     values::{In, Out, bytes, float, floats, int},
 };
 
-/// Handle by which arguments refer to the world.
+/// Handle that refers to the world in arguments and results.
 const WORLD: i64 = -1;
 
-/// Executes a command, given its raw code, its subject and its data; returns the data of the answer.
+/// Executes the command with number `raw` on the subject `of` with the argument `data`. Returns the data of the answer.
 pub fn call(turn: &Turn<'_>, files: &mut Files, raw: u16, of: &[u8], data: &[u8]) -> Result<Vec<u8>> {
     let (mut of, mut data) = (In(of), In(data));
     match raw {
         0x0001..=0x0FFF => of_nothing(turn, raw, &mut data),
         0x1001..=0x1FFF => of_one(turn, raw, of.i32()?.into(), &mut data),
-        // The only command of this range that refers to a window, not to one of its buttons.
+        // This is the only command in this range with a single number, that of a window, as its subject.
         0x2003 => event_button(turn, of.i32()?.into()),
         0x2001..=0x2FFF => of_two(turn, raw, of.i32()?.into(), of.i32()?.into(), &mut data),
         0x3002..=0x3006 => of_file(turn, files, raw, &of.text()?, &mut data),
@@ -31,21 +31,24 @@ pub fn call(turn: &Turn<'_>, files: &mut Files, raw: u16, of: &[u8], data: &[u8]
     }
 }
 
+/// Builds the error for a command number that is not supported.
 fn unknown(raw: u16) -> Fail {
     Fail::unsupported(format!("the command {raw:#06x} is not supported"))
 }
 
-/// Returns an empty answer.
+/// Builds an answer without data.
 fn done(_: Vec<Value>) -> Result<Vec<u8>> {
     Ok(Vec::new())
 }
+/// Encodes the first value as an integer.
 fn integer(values: Vec<Value>) -> Result<Vec<u8>> {
     Ok(std::mem::take(Out::default().i32(int(values.first())?)).0)
 }
+/// Encodes the first value as a float.
 fn number(values: Vec<Value>) -> Result<Vec<u8>> {
     Ok(std::mem::take(Out::default().f32(float(values.first())?)).0)
 }
-/// Encodes all numbers in a list of values as consecutive floats.
+/// Encodes the numbers in all values as consecutive floats.
 fn numbers(values: Vec<Value>) -> Result<Vec<u8>> {
     let mut out = Out::default();
     for value in &values {
@@ -53,7 +56,7 @@ fn numbers(values: Vec<Value>) -> Result<Vec<u8>> {
     }
     Ok(out.0)
 }
-/// Encodes a list of handles, preceded by their count.
+/// Encodes the first value, a list of handles, as integers that are preceded by their number.
 fn handles(values: Vec<Value>) -> Result<Vec<u8>> {
     let all = floats(values.first())?;
     let mut out = Out::default();
@@ -63,15 +66,17 @@ fn handles(values: Vec<Value>) -> Result<Vec<u8>> {
     }
     Ok(out.0)
 }
+/// Encodes the first value as a zero-terminated string.
 fn text(values: Vec<Value>) -> Result<Vec<u8>> {
     Ok(std::mem::take(Out::default().text(bytes(values.first())?)).0)
 }
 
+/// Executes commands without a subject.
 fn of_nothing(turn: &Turn<'_>, raw: u16, data: &mut In<'_>) -> Result<Vec<u8>> {
     match raw {
         0x0005 => ask(turn, "sim.closeScene", &[]).and_then(done),
         0x0006 => ask(turn, "sim.getObjectSelection", &[]).and_then(|v| {
-            // An empty selection is returned as nil, not as a table.
+            // For an empty selection, the command returns nil instead of an empty table.
             if matches!(v.first(), None | Some(Value::Nil)) {
                 handles(vec![Value::List(Vec::new())])
             } else {
@@ -83,7 +88,7 @@ fn of_nothing(turn: &Turn<'_>, raw: u16, data: &mut In<'_>) -> Result<Vec<u8>> {
     }
 }
 
-/// Executes commands whose subject is an object, a parameter or another number.
+/// Executes commands with one number as the subject, such as the handle of an object or the id of a parameter.
 fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Vec<u8>> {
     let own = Value::Int(which);
     let get = |name: &str| ask(turn, name, std::slice::from_ref(&own));
@@ -165,9 +170,13 @@ fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Ve
         0x1026 => get("sim.readCollision").and_then(integer),
         0x1027 => {
             let v = get("sim.readDistance")?;
-            // There is no distance if nothing is in range, or if an object with explicit handling was never handled.
+            // A distance object has no distance if nothing is in range, or if it is handled explicitly and never was.
             let distance = v.get(1).filter(|_| int(v.first()).is_ok_and(|found| found != 0));
-            let none = || Fail::missing(format!("the distance object {which} has no distance: it was never handled"));
+            let none = || {
+                Fail::missing(format!(
+                    "the distance object {which} has no distance: nothing is in range, or it was never handled"
+                ))
+            };
             number(vec![distance.cloned().ok_or_else(none)?])
         }
         0x1028 => get("sim.removeObject").and_then(done),
@@ -188,7 +197,7 @@ fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Ve
     }
 }
 
-/// Encodes state, point, object and normal of a proximity sensor.
+/// Encodes the state, detected point, detected object and surface normal of a proximity sensor.
 fn proximity(v: Vec<Value>) -> Result<Vec<u8>> {
     let zero = || vec![0.0; 3];
     let mut out = Out::default();
@@ -199,7 +208,7 @@ fn proximity(v: Vec<Value>) -> Result<Vec<u8>> {
     Ok(out.0)
 }
 
-/// Encodes columns, rows, and the bytes of an image.
+/// Encodes an image: the number of columns, the number of rows, and the bytes.
 fn sized(v: &[Value]) -> Result<Vec<u8>> {
     let size = floats(v.get(1))?;
     let mut out = Out::default();
@@ -210,11 +219,12 @@ fn sized(v: &[Value]) -> Result<Vec<u8>> {
     Ok(out.0)
 }
 
+/// Reads and encodes the image of a vision sensor.
 fn image(turn: &Turn<'_>, sensor: i64, grey: bool) -> Result<Vec<u8>> {
     sized(&ask(turn, "sim.getVisionSensorImg", &[Value::Int(sensor), Value::Int(i64::from(grey))])?)
 }
 
-/// Executes commands whose subject is two numbers.
+/// Executes commands with two numbers as the subject, such as the handles of two objects.
 fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>) -> Result<Vec<u8>> {
     let both = [Value::Int(first), Value::Int(second)];
     let get = |name: &str| ask(turn, name, &both);
@@ -240,7 +250,8 @@ fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>)
         0x2010 => {
             let found = ask(turn, "sim.checkDistance", &[both[0].clone(), both[1].clone(), Value::Float(0.0)])?;
             let data = floats(found.get(1))?;
-            let distance = data.get(6).ok_or_else(|| Fail::missing("there is no distance"))?;
+            let distance =
+                data.get(6).ok_or_else(|| Fail::missing("the distance between the objects could not be measured"))?;
             Ok(std::mem::take(Out::default().f32(*distance)).0)
         }
         0x2801 => get("sim.getObjectQuaternion").and_then(numbers),
@@ -248,13 +259,12 @@ fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>)
     }
 }
 
-/// Returns the button that was last pressed in a window, and the two numbers reported with it.
+/// Encodes the button that was pressed last in a window, and the two values reported with it.
 fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
     let v = ask(turn, "sim.getUIEventButton", &[Value::Int(window)])?;
     let values = floats(v.get(1)).unwrap_or_default();
     let mut out = Out::default();
-    // The client library sends a subject of four bytes but expects eight in the answer, as for the neighbouring
-    // commands.
+    // The client library sends a subject of four bytes but expects one of eight bytes in the answer.
     out.i32(0).i32(int(v.first())?);
     for i in 0..2 {
         out.i32(values.get(i).map_or(0, |x| *x as i64));
@@ -262,7 +272,7 @@ fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
     Ok(out.0)
 }
 
-/// Executes commands whose subject is a file.
+/// Executes commands with the name of a file as the subject.
 fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<Vec<u8>> {
     let mut load = |command: &str| {
         files.load(name);
@@ -277,17 +287,21 @@ fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut
         0x3003 => load("sim.loadModel").and_then(integer),
         0x3004 => files.transfer(turn, name, data.0).and_then(|()| done(Vec::new())),
         0x3006 => files.erase(turn, name).and_then(|()| done(Vec::new())),
-        _ => Err(Fail::unsupported("windows of buttons cannot be loaded from files: the format is not supported")
-            .help("windows are part of a V-REP scene (`.ttt`), or are created by a script with `simCreateUI`")),
+        _ => Err(Fail::unsupported(
+            "windows of buttons cannot be loaded from files, because the file format is not supported",
+        )
+        .help(
+            "open a V-REP scene (`.ttt`) that contains the window, or create the window by a script with `simCreateUI`",
+        )),
     }
 }
 
-/// Executes commands whose subject is a name or a text.
+/// Executes commands with a name or another string as the subject.
 fn of_name(turn: &Turn<'_>, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<Vec<u8>> {
     let own = Value::Text(name.to_vec());
     let get = |command: &str| ask(turn, command, std::slice::from_ref(&own));
     let set = |command: &str, value: Value| ask(turn, command, &[own.clone(), value]).and_then(done);
-    // An empty name means all.
+    // An empty name refers to all signals of the type.
     let clear = |command: &str| if name.is_empty() { ask(turn, command, &[]) } else { get(command) }.and_then(done);
     let signal = || match get("sim.getStringSignal")?.into_iter().next() {
         Some(Value::Text(text) | Value::Bytes(text)) => Ok(Some(text)),
@@ -340,12 +354,14 @@ fn of_name(turn: &Turn<'_>, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<
     }
 }
 
-/// Calls a function of a script, with integers, numbers, texts and bytes as arguments and results.
+/// Calls a function of a script. Its arguments and results are a list of integers, a list of floats, a list of strings
+/// and a buffer of bytes.
 fn script(turn: &Turn<'_>, of: &mut In<'_>, data: &mut In<'_>) -> Result<Vec<u8>> {
     let (kind, owner, function) = (of.int()?, of.text()?, of.text()?);
     let mut counts = [0_usize; 4];
     for n in &mut counts {
-        *n = usize::try_from(data.i32()?).map_err(|_| Fail::argument("a count must not be negative"))?;
+        *n = usize::try_from(data.i32()?)
+            .map_err(|_| Fail::argument("the number of arguments of a script function must not be negative"))?;
     }
     let [ints, numbers, texts, buffer] = counts;
     let ints = data.take(ints.saturating_mul(4)).and_then(|b| In(b).ints())?;
@@ -356,7 +372,9 @@ fn script(turn: &Turn<'_>, of: &mut In<'_>, data: &mut In<'_>) -> Result<Vec<u8>
     let name = [function, owner].join(&b'@');
     let v = ask(turn, "sim.callScriptFunction", &[Value::Text(name), kind, ints, numbers, texts, buffer])?;
     if v.len() < 4 {
-        return Err(Fail::argument("the function must return four values: integers, numbers, texts and bytes"));
+        return Err(Fail::argument(
+            "the script function must return four values: tables of integers, of floats and of strings, and a buffer",
+        ));
     }
     let empty = |v: &Value| matches!(v, Value::Nil) || matches!(v, Value::Map(m) if m.is_empty());
     let list = |v: &Value| if empty(v) { Ok(Vec::new()) } else { floats(Some(v)) };

@@ -1,4 +1,4 @@
-//! State of the clients: pending and repeated commands, and synchronous operation.
+//! The state of clients: pending and streamed commands, errors, and synchronous operation.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -9,28 +9,30 @@ use crate::{
     message::{Command, mode},
 };
 
-/// Maximum number of streams of a client, of its partial commands, and of its stored errors.
+/// Maximum number of streamed commands per client.
 const MOST_STREAMS: usize = 5000;
+/// Maximum number of commands per client that are being received in parts.
 const MOST_PARTS: usize = 64;
+/// Maximum number of stored errors per client; older ones are discarded.
 const MOST_ERRORS: usize = 50;
 
-/// A client.
+/// The state of a client.
 pub struct Client {
     /// Answers to be sent to the client.
     pub out: Arc<Outbox>,
-    /// The id of the client's newest message.
+    /// The id of the client's newest message with commands.
     pub id: i32,
-    /// Commands that have not been executed yet.
+    /// Received commands that have not been executed, in order of arrival.
     pub pending: Vec<Command>,
-    /// Repeated commands, each with the world time in ms at which it is due.
+    /// Streamed commands, by number and subject, each with the simulation time in ms at which it is due.
     pub streams: BTreeMap<(u16, Vec<u8>), (Command, f64)>,
-    /// Commands that arrive in parts.
+    /// The data received so far of commands that are sent in parts, by number and subject.
     parts: BTreeMap<(u16, Vec<u8>), Vec<u8>>,
-    /// Whether each step waits for the client.
+    /// Whether each step requires the permission of the client.
     pub synchronous: bool,
-    /// The step at which the client's permission to step ends.
+    /// The step until which the client has permitted steps; `None` if it has not permitted any.
     pub until: Option<u64>,
-    /// Errors, oldest first.
+    /// Error messages that the client has not fetched, the oldest first.
     pub errors: Vec<String>,
 }
 
@@ -48,18 +50,18 @@ impl Client {
             errors: Vec::new(),
         }
     }
-    /// Returns whether the world must wait until the client permits a step.
+    /// Returns whether the world must be held before this step until the client permits it.
     pub fn holds(&self, step: u64) -> bool {
         self.synchronous && self.until.is_none_or(|until| step >= until)
     }
-    /// Stores an error.
+    /// Stores an error message.
     pub fn went_wrong(&mut self, text: String) {
         self.errors.push(text);
         let over = self.errors.len().saturating_sub(MOST_ERRORS);
         self.errors.drain(..over);
     }
-    /// Adds a command that may be one part of a split command; returns the complete command once all parts have
-    /// arrived.
+    /// Adds a received command, which may be a part of a split command. Returns the complete command, or `None` if
+    /// parts are still missing.
     pub fn whole(&mut self, command: Command) -> Result<Option<Command>> {
         let split = matches!(command.mode(), mode::ONESHOT_SPLIT | mode::STREAMING_SPLIT);
         let (at, full) = command.part;
@@ -68,20 +70,25 @@ impl Client {
         }
         let key = (command.raw(), command.of.clone());
         if full > crate::packet::MOST {
-            return Err(Fail::argument(format!("a command has {full} bytes; the limit is {}", crate::packet::MOST)));
+            return Err(Fail::argument(format!(
+                "a command sent in parts has {full} bytes: expected at most {}",
+                crate::packet::MOST
+            )));
         }
         if at == 0 {
             if self.parts.len() >= MOST_PARTS {
-                return Err(Fail::argument("too many commands are being sent in parts at once"));
+                return Err(Fail::argument(
+                    "too many commands are being sent in parts at the same time: expected at most 64",
+                ));
             }
             self.parts.insert(key.clone(), Vec::new());
         }
         let data = self.parts.get_mut(&key).filter(|d| d.len() == at);
-        let data = data.ok_or_else(|| Fail::argument("received part of a command without its first part"))?;
+        let data = data.ok_or_else(|| Fail::argument("received a part of a command without the preceding part"))?;
         data.extend_from_slice(&command.data);
         if data.len() > crate::packet::MOST {
             self.parts.remove(&key);
-            return Err(Fail::argument("a command is too large"));
+            return Err(Fail::argument("the parts of a command exceed the maximum size of a command, 66 MiB"));
         }
         if data.len() < full {
             return Ok(None);
@@ -89,10 +96,12 @@ impl Client {
         let data = self.parts.remove(&key).unwrap_or_default();
         Ok(Some(Command { data, ..command }))
     }
-    /// Adds a command to be repeated.
+    /// Adds a command to be streamed.
     pub fn stream(&mut self, command: &Command) -> Result {
         if self.streams.len() >= MOST_STREAMS {
-            return Err(Fail::argument(format!("a client can have at most {MOST_STREAMS} streams")));
+            return Err(Fail::argument(format!(
+                "too many streamed commands: expected at most {MOST_STREAMS} per client"
+            )));
         }
         self.streams.insert((command.raw(), command.of.clone()), (command.clone(), f64::NEG_INFINITY));
         Ok(())

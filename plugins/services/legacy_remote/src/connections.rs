@@ -1,5 +1,5 @@
-//! Connections. The thread of each connection answers every message at once, with the results since the last message,
-//! or with only a head. Commands wait for the barrier.
+//! Connections of clients. The thread of each connection answers every message with the results that are available, or
+//! with an empty message. Received commands are queued until the barrier.
 
 use std::{
     collections::BTreeMap,
@@ -23,40 +23,42 @@ use crate::{
 
 /// Maximum number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 64;
-/// Maximum size of a client's commands that wait for the barrier, bytes.
+/// Maximum total size of the messages of a client that have not been processed, bytes.
 const MOST_UNHEARD: usize = 128 << 20;
-/// How long a message with commands waits for results before it is answered without them.
+/// Time for which the answer to a message with commands waits for results.
 const PATIENCE: Duration = Duration::from_millis(20);
-/// A client that accepts no data for this time is considered gone. A silent client keeps its connection.
+/// Time for which sending to a client may block before the client is disconnected. Clients that send nothing remain
+/// connected.
 const WRITING: Duration = Duration::from_secs(5);
 
 /// Events reported by connections.
 pub enum Event {
-    /// A client has connected.
+    /// The client with this number has connected.
     Come(u64, Arc<Outbox>),
-    /// A client has sent commands, in a message of this many bytes.
+    /// A client has sent commands. The last field is the size of the message, bytes.
     Commands(u64, Head, Vec<Command>, usize),
-    /// A client has disconnected, with the error that caused this, if any.
+    /// A client has disconnected. The last field is the reason if its messages were invalid.
     Gone(u64, Option<String>),
 }
 
-/// Outgoing answers to a client.
+/// The queue of answers to a client.
 #[derive(Default)]
 pub struct Outbox {
     state: Mutex<Waiting>,
+    /// Notified when answers are queued.
     filled: Condvar,
-    /// Bytes that the client sent and that have not been processed yet.
+    /// Total size of the client's messages that have not been processed, bytes.
     unheard: AtomicUsize,
 }
 
-/// Identifies an answer: the command's code, and its subject.
+/// Identifies an answer: the code and the subject of the command.
 pub type Key = (u32, Vec<u8>);
 
 #[derive(Default)]
 struct Waiting {
-    /// Answers by command and subject; only the newest answer of a stream is kept.
+    /// The answers, by code and subject of the command. A newer answer to the same command replaces an older one.
     answers: BTreeMap<Key, Vec<u8>>,
-    /// The id of the message that the answers are for.
+    /// The id of the newest message that was executed.
     id: i32,
 }
 
@@ -65,14 +67,14 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Outbox {
-    /// Queues answers.
+    /// Queues answers; `id` is that of the newest message that was executed.
     pub fn put(&self, id: i32, answers: Vec<(Key, Vec<u8>)>) {
         let mut state = lock(&self.state);
         state.id = id;
         state.answers.extend(answers);
         self.filled.notify_all();
     }
-    /// Records that this many received bytes were processed.
+    /// Records that a message of `size` bytes has been processed.
     pub fn heard(&self, size: usize) {
         self.unheard.fetch_sub(size, Ordering::AcqRel);
     }
@@ -80,7 +82,8 @@ impl Outbox {
     pub fn is_empty(&self) -> bool {
         lock(&self.state).answers.is_empty()
     }
-    /// Removes and returns the queued answers, or returns `None` if there are none within `patience`.
+    /// Waits at most `patience` for answers. Removes and returns all of them with their id, or returns `None` if there
+    /// are none.
     fn take(&self, patience: Duration) -> Option<(i32, Vec<Vec<u8>>)> {
         let state = lock(&self.state);
         let (mut state, _) = self
@@ -104,13 +107,13 @@ struct Shared {
 }
 
 impl Ports {
-    /// Creates the shared data, without an open port; also returns the receiver of events.
+    /// Creates the shared data without opening a port. Also returns the receiver of events.
     pub fn new(session: Session) -> (Ports, Receiver<Event>) {
         let (events, told) = channel();
         let (events, world, numbers) = (Mutex::new(events), Mutex::default(), AtomicU64::new(1));
         (Ports(Arc::new(Shared { session, events, world, numbers })), told)
     }
-    /// Sets the state of the world for heads of answers.
+    /// Sets the state of the world that the heads of answers report.
     pub fn tell(&self, world: World) {
         *lock(&self.0.world) = world;
     }
@@ -129,6 +132,7 @@ impl Ports {
     }
 }
 
+/// Reads and answers messages until the connection is closed or a message is invalid.
 fn serve(mut stream: TcpStream, number: u64, shared: &Shared, events: &Sender<Event>) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(WRITING))?;
@@ -137,16 +141,18 @@ fn serve(mut stream: TcpStream, number: u64, shared: &Shared, events: &Sender<Ev
     loop {
         let bytes = packet::read(&mut stream)?;
         let (head, commands) = message::read(&bytes)?;
-        // A connection counts as a client once it has sent a valid packet.
+        // A connection is reported as a client after its first valid message.
         if !std::mem::replace(&mut told, true) {
             let _ = events.send(Event::Come(number, out.clone()));
         }
         let mut patience = Duration::ZERO;
         if !commands.is_empty() {
             let size = bytes.len();
-            // A client that sends faster than the world processes loses its connection.
+            // A client that sends commands faster than the world executes them is disconnected.
             if out.unheard.fetch_add(size, Ordering::AcqRel) + size > MOST_UNHEARD {
-                return Err(packet::wrong(&format!("more than {MOST_UNHEARD} bytes of commands wait")));
+                return Err(packet::wrong(&format!(
+                    "more than {MOST_UNHEARD} bytes of commands are waiting for execution"
+                )));
             }
             let _ = events.send(Event::Commands(number, head, commands, size));
             shared.session.wake();

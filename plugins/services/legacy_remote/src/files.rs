@@ -1,7 +1,8 @@
-//! Files that clients transfer, which are stored in a separate folder under names without folders.
+//! Stores the files that clients transfer in a separate folder. Their names must not contain folders.
 //!
-//! An input log contains the name of a loaded file, not its content. So a file that was loaded stays in the folder, and
-//! so do those stored next to it; erasing such a file only removes its name. Files of other runs are never replaced.
+//! An input log contains the name of a loaded file, not its content. Therefore, a file that was loaded is kept in the
+//! folder, with all files that were in the folder then; erasing such a file only makes its name unavailable to clients.
+//! Files of other runs are never replaced.
 
 use std::{collections::BTreeMap, fs, io, path::PathBuf};
 
@@ -10,54 +11,62 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Turn},
 };
 
-/// Name of the folder, within the one in which scripts open files.
+/// Name of the folder, within the folder in which scripts may open files.
 const FOLDER: &str = "transferred";
-/// Limits on the size of a file, on the size of all files in the folder, and on their number.
+/// Maximum size of a file, bytes.
 const MOST: usize = 64 << 20;
+/// Maximum total size of the files in the folder, bytes.
 const MOST_IN_ALL: u64 = 256 << 20;
+/// Maximum number of files in the folder.
 const MOST_FILES: usize = 1000;
-/// Limits on the length of a name, and on the number of files whose names differ only by a number.
+/// Maximum length of a name, bytes.
 const LONGEST: usize = 100;
+/// Maximum number of files with names that differ only in the appended number.
 const MOST_ALIKE: usize = 1000;
-/// Extensions of native libraries, which are refused: a scene may request plugins in its own folder, and that folder
+/// Extensions of native libraries, which are rejected: a scene may request plugins from its own folder, and that folder
 /// may be trusted.
 const LIBRARIES: &[&str] = &[".so", ".dylib", ".dll"];
-/// Prefix, followed by a random number, of the names that the client library gives to files transferred only to be
-/// loaded.
+/// Prefix of the names that the client library assigns to files that are transferred only to be loaded. A random number
+/// follows it.
 const PASSING: &str = "REMOTE_API_TEMPFILE_";
 
-/// The files that clients transferred since the service was started.
+/// The files that clients have transferred since the service was started.
 #[derive(Default)]
 pub struct Files {
+    /// The stored files, by the name that the client uses.
     names: BTreeMap<String, Stored>,
 }
 
-/// A file as stored in the folder.
+/// A file in the folder.
 struct Stored {
+    /// Name of the file in the folder.
     name: String,
-    /// Whether it must be kept because an input log may need it: it was loaded, stored next to a loaded file, or
-    /// existed before.
+    /// Whether the file must be kept because an input log may need it: the file was loaded, was in the folder when
+    /// another one was loaded, or existed before.
     stays: bool,
 }
 
-/// The folder and its content.
+/// The folder and a list of its files.
 struct Folder {
     path: PathBuf,
-    /// Names and sizes, sorted by name, since the order in a folder differs between machines.
+    /// Sizes of the files, bytes, by name. They are sorted, because the order of files in a folder depends on the
+    /// machine.
     files: BTreeMap<String, u64>,
 }
 
 impl Files {
-    /// Stores a file. An earlier file of the same name is replaced.
+    /// Stores a file under a name, and replaces the file that was transferred under this name before.
     pub fn transfer(&mut self, turn: &Turn<'_>, name: &[u8], bytes: &[u8]) -> Result {
         let name = checked(name)?;
         if bytes.len() > MOST {
             let size = bytes.len();
-            return Err(Fail::argument(format!("`{name}` has {size} bytes; transferred files are limited to {MOST}")));
+            return Err(Fail::argument(format!(
+                "`{name}` has {size} bytes: transferred files must have at most {MOST}"
+            )));
         }
         if LIBRARIES.contains(&parts(name).1.to_lowercase().as_str()) {
             return Err(Fail::unsupported(format!("`{name}` is a native library, which cannot be transferred"))
-                .help("plugins are installed on the simulator's side only"));
+                .help("install plugins on the machine on which the simulator runs"));
         }
         let mut folder = Folder::open(turn)?;
         let known = self.names.len() - usize::from(self.names.contains_key(name));
@@ -79,7 +88,8 @@ impl Files {
         Ok(())
     }
 
-    /// Returns the path by which commands find a file: that of the stored file, or the name itself if there is none.
+    /// Returns the path by which commands open a file: that of the file transferred under this name, or the name itself
+    /// if there is none.
     pub fn path(&self, name: &[u8]) -> Vec<u8> {
         match std::str::from_utf8(name).ok().and_then(|n| self.names.get(n)) {
             Some(stored) => format!("{FOLDER}/{}", stored.name).into_bytes(),
@@ -87,27 +97,27 @@ impl Files {
         }
     }
 
-    /// Notes that a file is being loaded. If it was transferred, all files next to it must be kept, since they may be
-    /// read too.
+    /// Records that a file is being loaded. If it was transferred, all transferred files must be kept, because the
+    /// loaded file may refer to them.
     pub fn load(&mut self, name: &[u8]) {
         if std::str::from_utf8(name).is_ok_and(|n| self.names.contains_key(n)) {
             self.names.values_mut().for_each(|s| s.stays = true);
         }
     }
 
-    /// Erases a transferred file.
+    /// Erases a file that was transferred since the service was started.
     pub fn erase(&mut self, turn: &Turn<'_>, name: &[u8]) -> Result {
         let name = checked(name)?;
         if !self.names.contains_key(name) {
             return Err(Fail::missing(format!(
                 "no file `{name}` was transferred since the service was started, or it has already been erased"
             ))
-            .help("only transferred files are erased; remove others by hand"));
+            .help("only transferred files can be erased by a client; remove other files by hand"));
         }
         self.forget(&Folder::open(turn)?, name)
     }
 
-    /// Removes a name, and also its file unless a log may need it.
+    /// Removes a name, and its file unless an input log may need it.
     fn forget(&mut self, folder: &Folder, name: &str) -> Result {
         if let Some(stored) = self.names.get(name).filter(|s| !s.stays) {
             match fs::remove_file(folder.path.join(&stored.name)) {
@@ -123,6 +133,7 @@ impl Files {
 }
 
 impl Folder {
+    /// Creates the folder if necessary, and lists its files.
     fn open(turn: &Turn<'_>) -> Result<Folder> {
         let path = turn.file(FOLDER.as_bytes(), TATU_FILE_WRITE)?;
         let path = PathBuf::from(String::from_utf8_lossy(&path).into_owned());
@@ -133,6 +144,7 @@ impl Folder {
         Folder::read(path).map_err(fail)
     }
 
+    /// Lists the files in a folder.
     fn read(path: PathBuf) -> io::Result<Folder> {
         let mut files = BTreeMap::new();
         for entry in fs::read_dir(&path)? {
@@ -142,8 +154,8 @@ impl Folder {
         Ok(Folder { path, files })
     }
 
-    /// Returns an existing file with the same content, so that a file that is loaded repeatedly under random names is
-    /// stored only once.
+    /// Returns the name of an existing file with the same content and a similar name, other than `except`. It is used
+    /// instead of a copy, so that a file that is loaded repeatedly under random names is stored only once.
     fn same(&self, name: &str, bytes: &[u8], except: Option<&str>) -> Result<Option<String>> {
         let name = with_ending(name, bytes);
         let (stem, ending) = parts(&name);
@@ -168,7 +180,7 @@ impl Folder {
         Ok(None)
     }
 
-    /// Writes a new file; returns its name.
+    /// Writes a new file, with a number appended to its name if the name is in use. Returns its name.
     fn write(&self, turn: &Turn<'_>, name: &str, bytes: &[u8]) -> Result<String> {
         let (stem, ending) = parts(name);
         for n in 1..=MOST_ALIKE {
@@ -185,27 +197,32 @@ impl Folder {
                 }
             };
         }
-        Err(Fail::new(format!("the folder `{FOLDER}` already has {MOST_ALIKE} files named `{name}`"))
-            .help("remove those that no input log needs"))
+        Err(Fail::new(format!("there are already {MOST_ALIKE} files named `{name}` in the folder `{FOLDER}`"))
+            .help("remove files that no input log needs"))
     }
 }
 
-/// Checks that there is room for one more file.
+/// Checks that one more file may be added: the folder contains `files` files of `all` bytes in total, and the new one
+/// has `more` bytes.
 fn room(files: usize, all: u64, more: u64) -> Result {
     let help =
         "erase files that are not needed; files of earlier runs and files that were loaded must be removed by hand";
     if files >= MOST_FILES {
-        return Err(Fail::new(format!("there are {files} transferred files: {MOST_FILES} is the limit")).help(help));
+        return Err(Fail::new(format!(
+            "there are already {files} transferred files: at most {MOST_FILES} are allowed"
+        ))
+        .help(help));
     }
     if all.saturating_add(more) > MOST_IN_ALL {
-        let text =
-            format!("the folder `{FOLDER}` has {all} bytes; {more} more would exceed the limit of {MOST_IN_ALL}");
+        let text = format!(
+            "the files in the folder `{FOLDER}` have {all} bytes in total: {more} more would exceed the limit of {MOST_IN_ALL}"
+        );
         return Err(Fail::new(text).help(help));
     }
     Ok(())
 }
 
-/// Returns a name if it is valid and contains no folder.
+/// Returns the name as a string. Fails if it is not a valid file name or contains folders.
 fn checked(name: &[u8]) -> Result<&str> {
     let plain = |c: char| !c.is_control() && !"/\\:".contains(c);
     match std::str::from_utf8(name) {
@@ -220,13 +237,13 @@ fn checked(name: &[u8]) -> Result<&str> {
     }
 }
 
-/// Splits a name into stem and extension, the latter with its dot.
+/// Splits a name into its stem and its extension, which includes the dot.
 fn parts(name: &str) -> (&str, &str) {
     name.rfind('.').map_or((name, ""), |at| name.split_at(at))
 }
 
-/// Returns the name with the extension that its content requires: the client library gives every model the extension
-/// `.ttm` and every scene `.ttt`.
+/// Returns the name with the extension that the content of the file requires, because the client library assigns the
+/// extension `.ttm` to every model and `.ttt` to every scene.
 fn with_ending(name: &str, bytes: &[u8]) -> String {
     let (stem, ending) = parts(name);
     if !stem.starts_with(PASSING) || !matches!(ending, ".ttm" | ".ttt") || bytes.starts_with(b"VREP") {

@@ -1,4 +1,4 @@
-//! Data of many objects at once: names, poses, sensor readings.
+//! Reads data of all objects of a type, such as names, poses and sensor readings.
 
 use tatu_plugin_api::safe::{Fail, Result, Turn, Value};
 
@@ -7,11 +7,14 @@ use crate::{
     values::{Out, bytes, float, floats, int},
 };
 
-/// The numbers that mean all objects: the first for clients, the second for commands.
+/// The object types that select all objects: in requests from clients, and in commands.
 const ALL: (i64, i64) = (109, -2);
+/// Handle that selects the world frame.
 const WORLD: i64 = -1;
+/// Handle that selects the frame of the parent.
 const PARENT: i64 = -11;
 
+/// The data of all objects, consecutively.
 #[derive(Default)]
 struct Group {
     ints: Vec<i64>,
@@ -19,7 +22,7 @@ struct Group {
     texts: Vec<Vec<u8>>,
 }
 
-/// Returns the requested data of all objects of a type.
+/// Returns the data of type `what` of all objects of type `kind`.
 pub fn read(turn: &Turn<'_>, kind: i64, what: i64) -> Result<Vec<u8>> {
     let kind = if kind == ALL.0 { ALL.1 } else { kind };
     let found = ask(turn, "sim.getObjectsInTree", &[Value::Int(-12), Value::Int(kind), Value::Int(0)])?;
@@ -42,13 +45,14 @@ pub fn read(turn: &Turn<'_>, kind: i64, what: i64) -> Result<Vec<u8>> {
     Ok(out.0)
 }
 
+/// Appends the data of an object.
 fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
     let own = Value::Int(object);
     let get = |name: &str| ask(turn, name, std::slice::from_ref(&own));
     let of = |name: &str, frame: i64| -> Result<Vec<f64>> {
         floats(ask(turn, name, &[own.clone(), Value::Int(frame)])?.first())
     };
-    // Odd numbers are relative to the world, even ones to the parent.
+    // Data with odd numbers is relative to the world, and data with even numbers to the parent.
     let frame = if what % 2 == 1 { WORLD } else { PARENT };
     match what {
         0 | 20 => group.texts.push(bytes(get("sim.getObjectName")?.first())?.to_vec()),
@@ -72,7 +76,7 @@ fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
                     group.ints.extend([int(v.first())?, int(v.get(3)).unwrap_or(-1)]);
                     group.numbers.extend([three(v.get(2)), three(v.get(4))].concat());
                 }
-                // Objects of other types are skipped.
+                // Objects of other types have placeholders.
                 Err(_) => {
                     group.ints.extend([-1, -1]);
                     group.numbers.extend([0.0; 6]);
@@ -113,7 +117,7 @@ fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
                 group.numbers.extend(angular);
             }
         }
-        _ => return Err(Fail::unsupported(format!("objects have no data of type {what}"))),
+        _ => return Err(Fail::unsupported(format!("the data type {what} of object groups is not supported"))),
     }
     Ok(())
 }

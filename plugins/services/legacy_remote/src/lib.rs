@@ -1,11 +1,11 @@
-//! The legacy remote API of V-REP (`simx...`): clients in any language call commands of a world.
+//! The legacy remote API of V-REP (`simx...`), by which clients in any language call commands of a world.
 //!
-//! - `packet`: splits messages into packets; `message`: headers and commands; `values`: numbers and texts in commands;
-//! - `connections`: sockets and their threads; `clients`: state of the clients, such as repeated commands and
+//! - `packet`: splits messages into packets; `message`: parses messages; `values`: encodes numbers and strings;
+//! - `connections`: connections and their threads; `clients`: the state of clients, such as streamed commands and
 //!   synchronous operation;
-//! - `ask`: calls commands of the world; `calls`: maps commands of the protocol to them; `groups`: data of many objects
-//!   at once; `files`: transferred files;
-//! - `service`: processes commands at the barrier.
+//! - `ask`: calls commands of the world; `calls`: maps commands of the protocol to them; `groups`: data of all objects
+//!   of a type; `files`: transferred files;
+//! - `service`: executes commands at the barrier.
 
 mod ask;
 mod calls;

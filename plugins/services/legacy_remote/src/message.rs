@@ -1,51 +1,54 @@
-//! Messages: a head of 18 bytes, then commands, each a header of 26 bytes, its subject and its data.
+//! Parses messages of clients and builds answers. A message consists of a head of 18 bytes and commands. A command
+//! consists of a header of 26 bytes, its subject and its data.
 
 use std::io;
 
 use crate::packet::wrong;
 
-/// Version of the protocol.
+/// Version of the protocol, which is part of the head of each answer.
 const VERSION: u8 = 11;
+/// Size of the head of a message, bytes.
 const HEAD: usize = 18;
+/// Size of the header of a command, bytes.
 const COMMAND: usize = 26;
 
-/// How a command is executed.
+/// Modes in which a command is executed.
 pub mod mode {
-    /// Execute once.
+    /// The command is executed once.
     pub const ONESHOT: u32 = 0;
-    /// Execute once; the client waits for the answer.
+    /// The command is executed once, and the client waits for the answer.
     pub const BLOCKING: u32 = 1;
-    /// Execute repeatedly.
+    /// The command is executed repeatedly (streamed).
     pub const STREAMING: u32 = 2;
-    /// Execute once; the command arrives in parts.
+    /// The command is sent in parts and executed once.
     pub const ONESHOT_SPLIT: u32 = 3;
-    /// Execute repeatedly; the command arrives in parts.
+    /// The command is sent in parts and executed repeatedly.
     pub const STREAMING_SPLIT: u32 = 4;
-    /// Stop executing repeatedly.
+    /// The command is no longer executed repeatedly.
     pub const DISCONTINUE: u32 = 5;
 }
 
 /// The head of a message from a client.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Head {
-    /// The number of the message.
+    /// The id of the message, which the client chooses.
     pub id: i32,
-    /// The client's clock in ms.
+    /// The time of the client's clock, ms.
     pub time: i32,
 }
 
-/// A command.
+/// A command, or a part of one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Command {
-    /// The raw number in the low 16 bits, the mode above.
+    /// The number of the command in the low 16 bits, and the mode in the bits above.
     pub code: u32,
-    /// The subject, such as a handle or a name.
+    /// The subject that the command acts on, such as a handle or a name.
     pub of: Vec<u8>,
-    /// The data.
+    /// The arguments.
     pub data: Vec<u8>,
-    /// Interval in ms, for streaming.
+    /// Interval between executions of a streamed command, ms.
     pub delay: u16,
-    /// For a part: its offset, and the total size in bytes.
+    /// The offset of this part in the data of the whole command, and the size of that data, bytes.
     pub part: (usize, usize),
 }
 
@@ -54,18 +57,20 @@ impl Command {
     pub fn raw(&self) -> u16 {
         self.code as u16
     }
-    /// Returns the mode.
+    /// Returns the mode: one of the constants in the module `mode`, if it is valid.
     pub fn mode(&self) -> u32 {
         self.code >> 16 & 7
     }
 }
 
+/// Reads an i32 at an offset, which must be in range.
 fn i32_at(bytes: &[u8], at: usize) -> i32 {
     let mut four = [0; 4];
     four.copy_from_slice(&bytes[at..at + 4]);
     i32::from_le_bytes(four)
 }
 
+/// Reads a u16 at an offset, which must be in range.
 fn u16_at(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
@@ -73,18 +78,18 @@ fn u16_at(bytes: &[u8], at: usize) -> u16 {
 /// Parses a message.
 pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
     if bytes.len() < HEAD {
-        return Err(wrong("the message is shorter than its header"));
+        return Err(wrong("the message is shorter than its header of 18 bytes"));
     }
     let head = Head { id: i32_at(bytes, 3), time: i32_at(bytes, 7) };
     let (mut commands, mut rest) = (Vec::new(), &bytes[HEAD..]);
     while !rest.is_empty() {
         if rest.len() < COMMAND {
-            return Err(wrong("a command is truncated"));
+            return Err(wrong("a command is shorter than its header of 26 bytes"));
         }
         let (size, full) = (i32_at(rest, 0) as usize, i32_at(rest, 4) as usize);
         let of = usize::from(u16_at(rest, 8));
         if size < COMMAND + of || size > rest.len() {
-            return Err(wrong("a command has an invalid size"));
+            return Err(wrong("the size of a command is smaller than its header and subject, or exceeds the message"));
         }
         commands.push(Command {
             code: i32_at(rest, 14) as u32,
@@ -98,19 +103,19 @@ pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
     Ok((head, commands))
 }
 
-/// State of the world, for the head of an answer.
+/// The state of the world, which the head of each answer reports.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct World {
-    /// The service's clock in ms.
+    /// The time since the start of the service, ms.
     pub time: i32,
-    /// The number of the scene.
+    /// The number of the scene that is served.
     pub scene: u16,
-    /// Bit 0: not stopped; bit 1: paused.
+    /// Bit 0: the simulation is not stopped; bit 1: it is paused.
     pub state: u8,
 }
 
-/// Builds the head of an answer, to which commands are appended. `id` is that of the answered message, or -1 if nothing
-/// was executed.
+/// Builds the head of an answer, to which answers to commands are appended. `id` is that of the newest message that was
+/// executed, or -1 if the answer has no results.
 pub fn head(id: i32, client_time: i32, world: World) -> Vec<u8> {
     let mut out = vec![0, 0, VERSION];
     out.extend_from_slice(&id.to_le_bytes());
@@ -121,8 +126,8 @@ pub fn head(id: i32, client_time: i32, world: World) -> Vec<u8> {
     out
 }
 
-/// Builds the answer to a command, with its code and subject as received. `data` is `None` if it failed; `time` is the
-/// simulation time in ms.
+/// Builds the answer to a command with this code and subject. `data` is `None` if the command failed; `time` is the
+/// simulation time, ms.
 pub fn answer(code: u32, of: &[u8], data: Option<&[u8]>, time: i32) -> Vec<u8> {
     let (data, status) = data.map_or((&[][..], 1), |d| (d, 0));
     let size = (COMMAND + of.len() + data.len()) as i32;

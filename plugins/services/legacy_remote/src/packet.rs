@@ -1,12 +1,12 @@
-//! Splits messages into packets, each with a byte order mark, the number of bytes that follow, and the number of
-//! packets still to come.
+//! Splits messages into packets, and joins packets into messages. The head of a packet consists of a byte order mark,
+//! the size of its payload in bytes, and the number of packets that follow.
 
 use std::io::{self, Read, Write};
 
 /// Maximum payload of a packet that is sent, bytes.
 const PAYLOAD: usize = 30_000;
-/// Maximum size of a received message, bytes: more than that of a file, so that a file that is too large can be
-/// reported.
+/// Maximum size of a received message, bytes. It is larger than the maximum size of a file, so that a file that is too
+/// large results in an error instead of a closed connection.
 pub const MOST: usize = 66 << 20;
 
 /// Builds the error for an invalid message.
@@ -14,7 +14,7 @@ pub fn wrong(why: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, why.to_owned())
 }
 
-/// Reads a message. Memory is allocated as packets arrive.
+/// Reads a message. The sizes in packet heads are checked, and memory is allocated only as packets arrive.
 pub fn read(stream: &mut impl Read) -> io::Result<Vec<u8>> {
     let mut message = Vec::new();
     loop {
@@ -23,12 +23,14 @@ pub fn read(stream: &mut impl Read) -> io::Result<Vec<u8>> {
         let word = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);
         match word(0) {
             1 => {}
-            0x100 => return Err(wrong("the client has the opposite byte order, which is not supported")),
+            0x100 => return Err(wrong("the client uses big-endian byte order, which is not supported")),
             _ => return Err(wrong("expected a packet of the legacy remote API")),
         }
         let (len, more) = (usize::from(word(2)), word(4));
         if len == 0 || message.len() + len > MOST {
-            return Err(wrong(&format!("a packet has {len} bytes; messages have at most {MOST}")));
+            return Err(wrong(&format!(
+                "a packet has {len} bytes: expected at least 1, and at most {MOST} for all packets of a message"
+            )));
         }
         let at = message.len();
         message.resize(at + len, 0);
@@ -39,7 +41,7 @@ pub fn read(stream: &mut impl Read) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Writes a message.
+/// Writes a message, split into packets.
 pub fn write(stream: &mut impl Write, message: &[u8]) -> io::Result<()> {
     let n = message.len().div_ceil(PAYLOAD);
     let mut out = Vec::with_capacity(message.len() + 6 * n);

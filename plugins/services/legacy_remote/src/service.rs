@@ -1,5 +1,5 @@
-//! Processes commands at the barrier: clients in order of connection, and their commands in order of arrival; then
-//! repeated commands.
+//! Executes commands at the barrier: clients in order of connection, and for each client first its new commands in
+//! order of arrival, then its streamed commands.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -24,22 +24,27 @@ use crate::{
     values::Out,
 };
 
-/// The plugin, which offers one service.
+/// The plugin, which offers the service `legacy_remote`.
 pub struct LegacyRemote;
 
-/// V-REP's default port.
+/// The default port of V-REP.
 const PORT: i64 = 19997;
-/// Numbers of the commands that the service executes itself.
+/// Number of the command that starts synchronous operation.
 const SYNCHRONOUS: u16 = 1;
+/// Number of the command that ends synchronous operation.
 const FREE: u16 = 2;
+/// Number of the command that permits a step in synchronous operation.
 const TRIGGER: u16 = 3;
+/// Number of the command that returns and clears the client's errors.
 const ERRORS: u16 = 4;
+/// Number of the command that announces the end of the connection.
 const GOODBYE: u16 = 0xA;
+/// Number of the command that reads and clears a string signal.
 const GET_AND_CLEAR: u16 = 0x3017;
-/// Commands that transfer, load and erase files.
+/// Numbers of the commands that transfer, load and erase files.
 const FILES: std::ops::RangeInclusive<u16> = 0x3002..=0x3006;
 
-/// The service.
+/// The service `legacy_remote`.
 pub struct Remote {
     session: Session,
     state: RefCell<State>,
@@ -47,17 +52,19 @@ pub struct Remote {
 
 struct State {
     clients: BTreeMap<u64, Client>,
+    /// The start of the service.
     began: Instant,
     events: Receiver<Event>,
     ports: Ports,
-    /// Ports opened by scripts, which are closed when the simulation stops.
+    /// Ports that scripts have opened. They are closed when the simulation stops.
     of_scripts: BTreeMap<u16, Port>,
     listener: Port,
     files: Files,
 }
 
-/// Events by which scripts open and close ports.
+/// Name of the event by which a script opens a port.
 const OPEN: &str = "remote_api.open";
+/// Name of the event by which a script closes a port.
 const CLOSE: &str = "remote_api.close";
 
 impl Service for Remote {
@@ -71,7 +78,7 @@ impl Service for Remote {
     fn params() -> Vec<Param> {
         vec![
             Param::int("port").range(0.0, 65535.0).default(PORT).text(
-                "port of 127.0.0.1 to listen on; 0: any free one. Scripts may open others with `simRemoteApi.start`",
+                "port on 127.0.0.1 to listen on; 0: any free port. Scripts may open further ports with `simRemoteApi.start`",
             ),
         ]
     }
@@ -81,7 +88,7 @@ impl Service for Remote {
         let (ports, events) = Ports::new(session.clone());
         let listener = ports.open(port).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
-                .help("choose another `port`; 0 means any free port")
+                .help("choose another `port`, or 0 for any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("legacy_remote: listening on {}", listener.address));
         let (clients, of_scripts) = (BTreeMap::new(), BTreeMap::new());
@@ -132,7 +139,7 @@ impl Service for Remote {
                     }
                     Err(e) => {
                         let text =
-                            format!("legacy_remote: a script asked for port {port}, which could not be opened: {e}");
+                            format!("legacy_remote: port {port}, which a script requested, could not be opened: {e}");
                         self.session.log(TATU_LOG_WARNING, &text);
                     }
                 }
@@ -150,7 +157,7 @@ impl Remote {
 }
 
 impl State {
-    /// Processes the events of connections.
+    /// Handles the queued events of connections.
     fn hear(&mut self, session: &Session) {
         while let Ok(event) = self.events.try_recv() {
             match event {
@@ -167,7 +174,7 @@ impl State {
                 Event::Gone(number, why) => {
                     self.clients.remove(&number);
                     if let Some(why) = why {
-                        let text = format!("legacy_remote: connection {number} is closed: {why}");
+                        let text = format!("legacy_remote: connection {number} was closed: {why}");
                         session.log(TATU_LOG_WARNING, &text);
                     }
                 }
@@ -176,14 +183,15 @@ impl State {
     }
 }
 
-/// Executes new and repeated commands of a client, and queues the answers.
+/// Executes the new and streamed commands of a client, and queues the answers.
 fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, time: f64) {
     let mut answers: Vec<(Key, Vec<u8>)> = Vec::new();
     for command in std::mem::take(&mut client.pending) {
         let (code, of) = (command.code, command.of.clone());
         let done = client.whole(command).and_then(|whole| match whole {
             Some(command) => act(turn, client, files, &command, step).map(Some),
-            // Each part is answered, because the client then sends the next one.
+            // Parts of an incomplete command are answered, too, because the client waits for that before it sends the
+            // next.
             None => Ok(Some(Vec::new())),
         });
         if let Err(fail) = &done {
@@ -193,7 +201,7 @@ fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, tim
         let data = done.ok().flatten();
         answers.push(((code, of.clone()), message::answer(code, &of, data.as_deref(), time as i32)));
     }
-    // Streams are not executed again until the client has taken their last answers.
+    // Streamed commands are not executed again before their last answers have been sent.
     if client.out.is_empty() {
         let due: Vec<Command> = client
             .streams
@@ -221,7 +229,7 @@ fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, tim
     }
 }
 
-/// Executes a command once; returns the data of the answer.
+/// Executes a command once and returns the data of the answer. Also starts or ends streaming.
 fn act(turn: &Turn<'_>, client: &mut Client, files: &mut Files, command: &Command, step: u64) -> Result<Vec<u8>> {
     let key = (command.raw(), command.of.clone());
     match command.mode() {
@@ -229,7 +237,7 @@ fn act(turn: &Turn<'_>, client: &mut Client, files: &mut Files, command: &Comman
             client.streams.remove(&key);
             return Ok(Vec::new());
         }
-        // Otherwise a file would be loaded in each step.
+        // Streaming such a command would, for example, load a file in each step.
         mode::STREAMING | mode::STREAMING_SPLIT if FILES.contains(&command.raw()) => {
             return Err(Fail::argument(
                 "commands that transfer, load or erase files cannot be streamed: send them once",
@@ -237,12 +245,14 @@ fn act(turn: &Turn<'_>, client: &mut Client, files: &mut Files, command: &Comman
         }
         mode::STREAMING | mode::STREAMING_SPLIT => client.stream(command)?,
         mode::ONESHOT | mode::BLOCKING | mode::ONESHOT_SPLIT => {}
-        other => return Err(Fail::argument(format!("commands cannot be sent in mode {other}"))),
+        other => return Err(Fail::argument(format!("the command has the unknown mode {other}"))),
     }
     match command.raw() {
         SYNCHRONOUS | FREE => client.synchronous = command.raw() == SYNCHRONOUS,
         TRIGGER if !client.synchronous || turn.state() != TATU_RUNNING => {
-            return Err(Fail::argument("a trigger needs synchronous operation and a running simulation"));
+            return Err(Fail::argument(
+                "a step can be triggered only in synchronous operation while the simulation is running",
+            ));
         }
         TRIGGER => client.until = Some(client.until.unwrap_or(step) + 1),
         ERRORS => {

@@ -1,4 +1,4 @@
-//! Commands for actions of ROS 2: goals that take time, with feedback and a result.
+//! Commands for actions of ROS 2: long-running goals with feedback and a result.
 
 use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Constant, Fail, IntoResult, Offer, Outcome, Param, Result, Value};
@@ -11,10 +11,10 @@ use crate::{
     types::Ros,
 };
 
-/// How long a goal waits for a server of its action, s.
+/// Simulation time for which sending a goal waits for a server of the action, s.
 const PATIENCE: f64 = 5.0;
 
-/// Returns the beginning of an example: the name of an action, which scripts offer and use, and a goal of it.
+/// Returns the beginning of an example: a server and a client of the action `name`, and a goal that has been sent.
 fn begin(name: &str) -> String {
     format!(
         "simROS2 = require 'simROS2'\n\
@@ -29,18 +29,19 @@ fn begin(name: &str) -> String {
     )
 }
 
-/// Returns an example that starts with the code of [`begin`].
+/// Returns an example that consists of the code of [`begin`] and `text`.
 fn example(name: &str, text: &str) -> String {
     begin(name) + text
 }
 
+/// Opens an action client or server with the callbacks in arguments 2 to 4.
 fn open(c: &mut Ctx<'_>, role: Role) -> Result {
     let callbacks = (2..5).map(|i| if c.has(i) { Callback::read(c, i) } else { Ok(Callback::default()) });
     let callbacks = callbacks.collect::<Result<Vec<_>>>()?;
     open_with(c, role, Ros::Two, callbacks)
 }
 
-/// Sends a goal; a thread waits for a server of the action.
+/// Sends a goal. If no server offers the action, a thread waits for one.
 fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     let nobody = |client: &Endpoint, how: &str| {
         Fail::missing(format!("no script and no client of `rosbridge` offers the action {}{how}", client.name))
@@ -48,7 +49,9 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     if c.resumed() != 0 {
         let number = c.resumed();
         let wait = c.instance().all()?.waits.get(&number).cloned();
-        let Some(wait) = wait else { return Err(Fail::new("no call is waiting to send this goal")) };
+        let Some(wait) = wait else {
+            return Err(Fail::new("the waiting call that should send this goal is not known"));
+        };
         let client = c.instance().of(wait.handle, Role::ActionClient);
         let late = time(c, "scene.time")? >= wait.until;
         let done = client.and_then(|client| match c.instance().send_goal(c, wait.handle, &client, &wait.json) {
@@ -80,7 +83,7 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     c.wait_poll(number)
 }
 
-/// Waits until a service is offered, for at most the time in argument 1, and returns whether it is.
+/// Waits until a service is offered, at most for the time in argument 1. Returns whether the service is offered.
 fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
     let now = time(c, "scene.time")?;
     let (number, wait) = match c.resumed() {
@@ -90,7 +93,7 @@ fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
         }
         number => {
             let wait = c.instance().all()?.waits.get(&number).cloned();
-            (number, wait.ok_or_else(|| Fail::new("no call is waiting for this service"))?)
+            (number, wait.ok_or_else(|| Fail::new("the waiting call for this service is not known"))?)
         }
     };
     let client = c.instance().of(wait.handle, Role::Client)?;
@@ -104,7 +107,7 @@ fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
     c.wait_poll(number)
 }
 
-/// Returns the server and the goal that arguments 0 and 1 name.
+/// Returns the action server in argument 0, and the id in argument 1 with the goal that it identifies.
 fn of_server(c: &Ctx<'_>) -> Result<(Endpoint, String, goals::Goal)> {
     let (handle, id) = (c.i64(0)?, c.text(1)?);
     let server = c.instance().of(handle, Role::ActionServer)?;
@@ -112,7 +115,7 @@ fn of_server(c: &Ctx<'_>) -> Result<(Endpoint, String, goals::Goal)> {
     Ok((server, id, goal))
 }
 
-/// Reports argument 2 to the sender of the goal, as feedback or as the result with a code.
+/// Sends argument 2 to the sender of a goal: as its result if `ended` is a result code, otherwise as feedback.
 fn report(c: &mut Ctx<'_>, ended: Option<i64>) -> Result {
     let (server, id, goal) = of_server(c)?;
     let refused = match (goal.stage, ended) {
@@ -167,11 +170,12 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     goals_of_servers(offer);
 }
 
+/// Returns the optional parameter for a callback.
 fn callback(name: &str, text: &str) -> Param {
     Param::any(name).optional().text(format!("a function of the script or its name: {text}"))
 }
 
-/// Adds a command that only exists for ROS 2, on a separate page.
+/// Adds a command that exists only for ROS 2, on a separate page of the reference.
 fn add_action<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     name: &str,
@@ -181,6 +185,7 @@ fn add_action<T: IntoResult + 'static>(
     offer.command(finish(Cmd::new(format!("simROS2.{name}"), f)).subject("actions"));
 }
 
+/// Adds the commands of action clients.
 fn clients(offer: &mut Offer<Plugin>) {
     let kind = || Param::string("type").text("example_interfaces/action/Fibonacci");
     add_action(
@@ -272,6 +277,7 @@ fn clients(offer: &mut Offer<Plugin>) {
     );
 }
 
+/// Adds the commands of action servers.
 fn servers(offer: &mut Offer<Plugin>) {
     add_action(
         offer,
@@ -306,6 +312,7 @@ fn servers(offer: &mut Offer<Plugin>) {
     );
 }
 
+/// Adds the commands by which action servers process goals.
 fn goals_of_servers(offer: &mut Offer<Plugin>) {
     let goal = || Param::string("goal").text("its id");
     let list = "{sequence = {0, 1}}";

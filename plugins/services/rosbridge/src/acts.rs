@@ -1,4 +1,4 @@
-//! Executes the requests of clients and scripts.
+//! Executes requests from clients and scripts.
 
 use std::collections::BTreeMap;
 
@@ -18,11 +18,11 @@ use crate::{
     types::{self, Ros},
 };
 
-/// Maximum number of messages per client processed in a turn.
+/// Maximum number of messages per client that are processed at a barrier.
 const AT_ONCE: usize = 1000;
 
 impl State {
-    /// Executes the messages of all clients.
+    /// Executes the queued messages of all clients, and reports errors to their senders.
     pub(crate) fn hear(&mut self, turn: &Turn<'_>, p: &Props) {
         let numbers: Vec<u64> = self.peers.keys().copied().collect();
         for number in numbers {
@@ -42,6 +42,7 @@ impl State {
         }
     }
 
+    /// Executes a message of a client.
     fn act(&mut self, turn: &Turn<'_>, p: &Props, number: u64, message: Json) -> Result {
         let message = match message.get("op").and_then(Json::as_str) {
             Some("fragment") => match self.peers.get_mut(&number).map(|peer| peer.fragments.take(&message)) {
@@ -78,7 +79,8 @@ impl State {
                 if let Some(peer) = self.peers.get_mut(&number) {
                     peer.subscribe(topic.clone(), wish, ros);
                 }
-                // Publish the last known message at once, even to a client that has just connected.
+                // The next barrier publishes the topic even if the sensor has not measured again since the last
+                // message.
                 self.told.remove(&topic);
             }
             Ask::Unsubscribe { topic, id } => peer.unsubscribe(&topic, id.as_deref()),
@@ -101,13 +103,14 @@ impl State {
         Ok(())
     }
 
-    /// Returns the type of a topic, or `None` if it is unknown.
+    /// Returns the type of a topic, or `None` if the topic is not known.
     fn kind(&self, topic: &str) -> Option<String> {
         let own = self.topics.get(topic).map(|t| t.kind.to_owned());
         own.or_else(|| self.relay.of_scripts.get(topic).or_else(|| self.relay.topics.get(topic)).cloned())
     }
 
-    /// Handles a message published by a client: a robot's velocity, or a message for other subscribers.
+    /// Executes a message published by a client: drives a robot if it is a velocity command, otherwise forwards it to
+    /// other clients and to scripts.
     fn published(&mut self, turn: &Turn<'_>, topic: &str, msg: &Json) -> Result {
         let plain = self.kind(topic).unwrap_or_default();
         let value = convert::value(msg, &plain, Ros::One)?;
@@ -129,7 +132,7 @@ impl State {
         Ok(())
     }
 
-    /// Records that a script opened or closed an endpoint.
+    /// Records that a script has opened or closed an endpoint.
     pub(crate) fn of_scripts(&mut self, role: &str, name: String, kind: String, open: bool) {
         match (role, open) {
             ("subscriber", false) => drop(self.heard.remove(&name)),
@@ -147,7 +150,7 @@ impl State {
         }
     }
 
-    /// Forwards calls of scripts to clients, and answers of clients to scripts.
+    /// Forwards service calls of scripts to clients, and the answers to scripts.
     pub(crate) fn asked_by_scripts(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         for (number, service, args) in std::mem::take(&mut self.requests) {
             if !self.relay.call(&self.peers, SCRIPTS, Some(number.to_string()), &service, &args) {
@@ -165,7 +168,8 @@ impl State {
         Ok(())
     }
 
-    /// Sets the velocity of a robot, by a command that is recorded in the input log.
+    /// Sets the velocity of a robot (ahead and left in m/s, angular in rad/s), by a command, which the input log
+    /// records.
     pub(crate) fn drive(&mut self, turn: &Turn<'_>, robot: usize, twist: [f64; 3]) -> Result {
         let Some(robot) = self.scene.robots.get_mut(robot) else { return Ok(()) };
         let stands = twist == [0.0; 3];
@@ -175,6 +179,7 @@ impl State {
         turn.call("tatu.drive", &[handle, x, y, z], 0).map(drop)
     }
 
+    /// Calls a service for a client: that of a client, of a script, or of this server.
     fn call(
         &mut self,
         turn: &Turn<'_>,
@@ -201,7 +206,7 @@ impl State {
         Ok(())
     }
 
-    /// Answers the services that this server provides.
+    /// Executes a service that this server provides, and returns its response.
     fn own(&mut self, turn: &Turn<'_>, p: &Props, service: &str, args: &Json) -> Result<Json> {
         if let Some((_, request)) = rosapi::CONTROL.iter().find(|(name, _)| *name == service) {
             turn.request(*request)?;
@@ -232,12 +237,12 @@ impl State {
     }
 }
 
-/// Calls a service that a script offers.
+/// Calls a service that a script offers, and returns its response.
 fn script(turn: &Turn<'_>, service: &str, args: &Json) -> Result<Json> {
     let done = turn.call(scripts::SERVE, &[Value::text(service), Value::text(args.to_string())], 0)?;
     let safe::Called::Done(values) = done else {
         return Err(Fail::unsupported(format!(
-            "the script function of the service `{service}` waits, which a service call does not allow"
+            "the script function of the service `{service}` waits for the simulation, which is not permitted in a service call"
         )));
     };
     let Some(Value::Text(text)) = values.first() else { return Ok(Json::Null) };

@@ -1,5 +1,5 @@
-//! Commands by which the service calls scripts for actions, so that the input log contains the calls; and the events by
-//! which scripts reach the service.
+//! Commands by which the service passes data of actions to scripts, so that the input log contains it; and events by
+//! which scripts pass data to the service.
 
 use tatu_plugin_api::safe::{Event, Fail, Offer, Param};
 
@@ -9,10 +9,14 @@ use crate::{
     scripts::{Cmd, parse},
 };
 
-/// Names of the commands that the service calls; scripts do not call them.
+// Names of commands that only the service calls.
+/// Passes the names of services and actions that clients offer.
 pub(crate) const OFFERS: &str = "rosbridge.offers";
+/// Passes a goal of a client.
 pub(crate) const ASK_GOAL: &str = "rosbridge.goal";
+/// Passes a client's request to cancel a goal.
 pub(crate) const TAKE_BACK: &str = "rosbridge.cancel";
+/// Passes a client's feedback on a goal of a script, or its result.
 pub(crate) const REPORT: &str = "rosbridge.report";
 
 pub(crate) fn offer(offer: &mut Offer<Plugin>) {
@@ -21,8 +25,8 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     offer.command(
         Cmd::new(OFFERS, |c| {
             let offered = serde_json::from_slice(c.bytes(0)?);
-            let offered =
-                offered.map_err(|e| Fail::argument(format!("services and actions are not valid JSON: {e}")))?;
+            let offered = offered
+                .map_err(|e| Fail::argument(format!("argument 1: the services and actions are not valid JSON: {e}")))?;
             c.instance().all()?.offered = offered;
             Ok(())
         })

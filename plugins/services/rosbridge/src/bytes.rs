@@ -1,5 +1,5 @@
-//! Commands that choose whether scripts get arrays of bytes as tables or as strings; and named constants of message
-//! types.
+//! Commands that select whether scripts receive arrays of bytes as tables or as strings, and a command that returns the
+//! named constants of message types.
 
 use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
 
@@ -10,7 +10,7 @@ use crate::{
     types,
 };
 
-/// Named constants of message definitions, by type. They are from the public definitions of ROS.
+/// Named constants of message types, from the public definitions of ROS.
 const CONSTANTS: &[(&str, &[(&str, i64)])] = &[
     (
         "sensor_msgs/PointField",
@@ -50,7 +50,8 @@ const CONSTANTS: &[(&str, &[(&str, i64)])] = &[
     ),
 ];
 
-/// The role of an endpoint, the commands that open it in both interfaces, and the names of the commands added here.
+/// For each role: the names of the commands added here, in `simROS` and in `simROS2`, and calls that open an endpoint
+/// of the role, for the examples.
 const TREAT: &[(Role, [&str; 2], [&str; 2])] = &[
     (
         Role::Publisher,
@@ -102,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
         Cmd::new("simROS2.getInterfaceConstants", |c| {
             let plain = types::plain(&c.text(0)?);
             if types::fields(&plain).is_none() {
-                return Err(Fail::missing(format!("unknown type `{plain}`")));
+                return Err(Fail::missing(format!("the message type `{plain}` is not supported")));
             }
             let of = CONSTANTS.iter().find(|(name, _)| *name == plain).map_or(&[][..], |(_, of)| of);
             c.ret(Value::Map(of.iter().map(|(name, value)| (Value::text(*name), Value::Int(*value))).collect()));

@@ -1,5 +1,5 @@
-//! Converts messages by their types: values to JSON and CBOR, and JSON to values. Missing fields have their default;
-//! unknown fields are an error.
+//! Converts messages according to their types: values to JSON and CBOR, and JSON to values. Missing fields have the
+//! default value of their type; unknown fields are an error.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use ciborium::Value as Cbor;
@@ -28,18 +28,18 @@ pub enum Node {
     List(Vec<Node>),
     /// Fields by name.
     Map(Vec<(String, Node)>),
-    /// A message of an unknown type, unchanged.
+    /// A message of an unknown type, which is passed on unchanged.
     Plain(Json),
 }
 
-/// Converts a value to a message of a type.
+/// Converts a value to a message of the type `plain`, with the field names and times of `ros`.
 pub fn node(value: &Value, plain: &str, ros: Ros) -> Result<Node> {
     let Some(fields) = types::fields(plain) else { return Ok(Node::Plain(json::write(value))) };
     let entries: &[(Value, Value)] = match value {
         Value::Map(entries) => entries,
         Value::List(all) if all.is_empty() => &[],
         Value::Nil => &[],
-        _ => return Err(Fail::argument(format!("a message of the type {plain} must be a table"))),
+        _ => return Err(Fail::argument(format!("a message of the type {plain} must be a table with its fields"))),
     };
     for (key, _) in entries {
         let known = matches!(key, Value::Text(k) if find(fields, plain, ros, &String::from_utf8_lossy(k)).is_some());
@@ -61,16 +61,17 @@ pub fn node(value: &Value, plain: &str, ros: Ros) -> Result<Node> {
     Ok(Node::Map(out))
 }
 
-/// Prepends to an error the message type and the field in which it occurred.
+/// Prepends the type of the message and the name of the field to an error.
 fn within(e: &Fail, plain: &str, name: &str) -> Fail {
     Fail::with_code(e.code(), format!("{plain}: `{name}`: {}", e.text()))
 }
 
-/// Finds a field by its name in ROS 1 or ROS 2.
+/// Returns the field with a name, which may be that of ROS 1 or that of the version `ros`.
 fn find<'f>(fields: &'f [Field], plain: &str, ros: Ros, name: &str) -> Option<&'f Field> {
     fields.iter().find(|f| f.name == name || ros.field(plain, &f.name).is_some_and(|n| n == name))
 }
 
+/// Converts the value of a field; `None` gives its default.
 fn of_field(given: Option<&Value>, field: &Field, ros: Ros) -> Result<Node> {
     let given = given.filter(|v| **v != Value::Nil);
     if field.many == Many::One {
@@ -100,6 +101,7 @@ fn of_field(given: Option<&Value>, field: &Field, ros: Ros) -> Result<Node> {
     })
 }
 
+/// Returns a numeric element as a float.
 fn number(node: &Node) -> f64 {
     match node {
         Node::Int(i) => *i as f64,
@@ -108,6 +110,7 @@ fn number(node: &Node) -> f64 {
     }
 }
 
+/// Converts a single element; `None` gives its default.
 fn one(given: Option<&Value>, base: &Base, ros: Ros) -> Result<Node> {
     let wrong = |what: &str| Err(Fail::argument(format!("expected {what}")));
     Ok(match (base, given) {
@@ -127,7 +130,7 @@ fn one(given: Option<&Value>, base: &Base, ros: Ros) -> Result<Node> {
         (Base::Float(_), Some(_)) => return wrong("a number"),
         (Base::Text, None) => Node::Text(String::new()),
         (Base::Text, Some(Value::Text(t) | Value::Bytes(t))) => Node::Text(String::from_utf8_lossy(t).into_owned()),
-        (Base::Text, Some(_)) => return wrong("a text"),
+        (Base::Text, Some(_)) => return wrong("a string"),
         (Base::Time, None) => time(0.0, ros),
         (Base::Time, Some(Value::Float(s))) => time(*s, ros),
         (Base::Time, Some(Value::Int(s))) => time(*s as f64, ros),
@@ -138,24 +141,26 @@ fn one(given: Option<&Value>, base: &Base, ros: Ros) -> Result<Node> {
             };
             stamp(of(["secs", "sec"]), of(["nsecs", "nanosec"]), ros)
         }
-        (Base::Time, Some(_)) => return wrong("a time: seconds"),
+        (Base::Time, Some(_)) => return wrong("a time: seconds, or a table with sec and nanosec or secs and nsecs"),
     })
 }
 
+/// Converts seconds to a time.
 fn time(seconds: f64, ros: Ros) -> Node {
     let whole = seconds.floor();
     let nanos = ((seconds - whole) * 1e9).round() as i64;
-    // Rounding may carry into the seconds.
+    // Rounding may give 1e9 ns, which are carried into the seconds.
     stamp(whole as i64 + nanos / 1_000_000_000, nanos % 1_000_000_000, ros)
 }
 
+/// Builds a time from seconds and nanoseconds.
 fn stamp(whole: i64, nanos: i64, ros: Ros) -> Node {
     let [a, b] = if ros == Ros::One { ["secs", "nsecs"] } else { ["sec", "nanosec"] };
     Node::Map(vec![(a.into(), Node::Int(whole)), (b.into(), Node::Int(nanos))])
 }
 
 impl Node {
-    /// Returns the message as JSON: bytes in base64, null for numbers that are not finite.
+    /// Returns the message as JSON. Bytes are encoded in base64, and non-finite numbers become null.
     pub fn json(&self) -> Json {
         let float = |x: f64| Number::from_f64(x).map_or(Json::Null, Json::Number);
         match self {
@@ -165,7 +170,7 @@ impl Node {
             Node::Text(t) => json!(t),
             Node::Bytes(b) => json!(STANDARD.encode(b)),
             Node::Numbers(Base::Int(..), v) => v.iter().map(|x| json!(*x as i64)).collect(),
-            // Formatted with the shortest decimal representation of a 32-bit float.
+            // 32-bit floats are written with their shortest decimal representation, not with that of a 64-bit float.
             Node::Numbers(Base::Float(32), v) => {
                 v.iter().map(|x| float((*x as f32).to_string().parse().unwrap_or(f64::NAN))).collect()
             }
@@ -176,7 +181,7 @@ impl Node {
         }
     }
 
-    /// Returns the message as CBOR: arrays of numbers are typed arrays (RFC 8746, little-endian).
+    /// Returns the message as CBOR. Arrays of numbers become typed arrays (RFC 8746, little-endian).
     pub fn cbor(&self) -> Cbor {
         match self {
             Node::Bool(b) => Cbor::Bool(*b),
@@ -192,6 +197,7 @@ impl Node {
     }
 }
 
+/// Returns a typed array of CBOR.
 fn numbers(base: &Base, v: &[f64]) -> Cbor {
     fn bytes<const N: usize>(v: &[f64], of: impl Fn(f64) -> [u8; N]) -> Vec<u8> {
         v.iter().flat_map(|x| of(*x)).collect()
@@ -210,7 +216,8 @@ fn numbers(base: &Base, v: &[f64]) -> Cbor {
     Cbor::Tag(tag, Box::new(Cbor::Bytes(bytes)))
 }
 
-/// Converts JSON to a value of a type: times become seconds, or tables in ROS 2; bytes become bytes.
+/// Converts JSON to a message of the type `plain` as a value. Times become seconds in ROS 1 and tables in ROS 2; arrays
+/// of bytes become bytes.
 pub fn value(json: &Json, plain: &str, ros: Ros) -> Result<Value> {
     let Some(fields) = types::fields(plain) else { return json::read(json) };
     let empty = Map::new();
@@ -232,6 +239,7 @@ pub fn value(json: &Json, plain: &str, ros: Ros) -> Result<Value> {
     Ok(Value::Map(out))
 }
 
+/// Converts the JSON of a field; `None` gives its default.
 fn read_field(given: Option<&Json>, field: &Field, ros: Ros) -> Result<Value> {
     if field.many == Many::One {
         return read_one(given, &field.base, ros);
@@ -240,7 +248,7 @@ fn read_field(given: Option<&Json>, field: &Field, ros: Ros) -> Result<Value> {
     let items = match given {
         None => &[][..],
         Some(Json::String(text)) if field.base == Base::Int(false, 8) => {
-            return Ok(Value::Bytes(STANDARD.decode(text).map_err(|_| Fail::argument("expected base64"))?));
+            return Ok(Value::Bytes(STANDARD.decode(text).map_err(|_| Fail::argument("expected a string in base64"))?));
         }
         Some(Json::Array(items)) => items,
         Some(_) => return Err(Fail::argument("expected an array")),
@@ -258,6 +266,7 @@ fn read_field(given: Option<&Json>, field: &Field, ros: Ros) -> Result<Value> {
     })
 }
 
+/// Converts the JSON of a single element; `None` gives its default.
 fn read_one(given: Option<&Json>, base: &Base, ros: Ros) -> Result<Value> {
     let given = given.filter(|v| !v.is_null());
     let wrong = |what: &str| Fail::argument(format!("expected {what}"));
@@ -274,10 +283,9 @@ fn read_one(given: Option<&Json>, base: &Base, ros: Ros) -> Result<Value> {
                 v.as_i64().or_else(|| v.as_f64().and_then(whole)).ok_or_else(|| wrong("a whole number"))?
             }
         }),
-        // In arrays, null represents a number that is not finite, but a single field that is null gets its default, as
-        // if it were missing.
+        // A null is treated as a missing element, although it may represent a non-finite number.
         Base::Float(_) => Value::Float(given.map_or(Ok(0.0), |v| v.as_f64().ok_or_else(|| wrong("a number")))?),
-        Base::Text => Value::text(given.map_or(Ok(""), |v| v.as_str().ok_or_else(|| wrong("a text")))?),
+        Base::Text => Value::text(given.map_or(Ok(""), |v| v.as_str().ok_or_else(|| wrong("a string")))?),
         Base::Time => {
             let of = |names: [&str; 2]| {
                 let found = given.and_then(|v| names.iter().find_map(|n| v.get(*n)));

@@ -1,4 +1,4 @@
-//! Covariances of readings, from the noise that a scene declares for them.
+//! Computes covariances of readings from the noise that a scene declares for sensors.
 
 use tatu_plugin_api::{
     abi::tatu_object,
@@ -8,8 +8,9 @@ use toml_edit::{Item, Table, TableLike};
 
 use crate::Props;
 
-/// Returns the 3 x 3 covariance matrix of a sensor's field with three components, by rows. It is diagonal. Noise that
-/// depends on the value is evaluated at 0, and errors that grow without bound are ignored.
+/// Returns the 3 x 3 covariance matrix of a sensor's field with three components, in row-major order. The matrix is
+/// diagonal. Noise that depends on the measured value is evaluated at 0, and errors that grow without bound are
+/// ignored.
 pub fn of(turn: &Turn<'_>, p: &Props, id: tatu_object, field: &str) -> Value {
     let [x, y, z] = variances(turn, p, id, field);
     Value::Floats(vec![x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z])
@@ -43,15 +44,16 @@ fn declared(noise: &str, field: &str, rate: f64) -> [f64; 3] {
     })
 }
 
-/// Returns component `i` of a setting that is a list, or the single value of one that applies to all components.
+/// Returns the value of a setting for component `i`. The setting is a list with an element per component, or a number
+/// for all components.
 fn number(item: &Item, i: usize) -> f64 {
     let one = |v: &toml_edit::Value| v.as_float().or_else(|| v.as_integer().map(|n| n as f64));
     let list = item.as_array().map(|list| list.get(i).and_then(one));
     list.unwrap_or_else(|| item.as_value().and_then(one)).unwrap_or(0.0)
 }
 
-/// Returns the constant term of the standard deviation of component `i`, which is a polynomial, or a list of
-/// polynomials with one per component.
+/// Returns the standard deviation of component `i` for the value 0. The setting `sigma` is a number, a polynomial (a
+/// list of coefficients), or a list with a polynomial per component.
 fn sigma(own: &dyn TableLike, i: usize) -> f64 {
     let Some(item) = own.get("sigma") else { return 0.0 };
     match item.as_array() {

@@ -16,13 +16,13 @@ use crate::{
     robots::{Robot, Scene, ros_name},
 };
 
-/// Effort (N or N m) and velocity (m/s or rad/s) limits of joints that have none, because URDF requires limits: higher
-/// than any motor provides.
+/// Limit of the effort (N or N m), velocity (m/s or rad/s) and position (m) of joints without such a limit, because
+/// URDF requires limits. It is higher than any motor reaches.
 const NO_LIMIT: f64 = 1e6;
 
-/// Returns the description of a robot. Each shape, frame and joint below the base becomes a link with its unique name.
-/// The link `base_link` is that of `/tf`, and joints have the names in `joint_states`. Meshes are replaced by their
-/// bounding boxes, since a client cannot read the program's files.
+/// Returns the description of a robot in URDF. The base and each object below it, except sensors, become a link with a
+/// unique name. The link `base_link` is that of `/tf`, and joints have the same names as in `joint_states`. Meshes are
+/// replaced by their bounding boxes, because clients cannot read files of the program.
 pub fn urdf(turn: &Turn<'_>, p: &Props, scene: &Scene, robot: &Robot) -> Result<String> {
     let root = format!("{}base_link", robot.prefix);
     let mut children: BTreeMap<tatu_object, Vec<tatu_object>> = BTreeMap::new();
@@ -40,6 +40,7 @@ pub fn urdf(turn: &Turn<'_>, p: &Props, scene: &Scene, robot: &Robot) -> Result<
     Ok(out.text)
 }
 
+/// Writes the description of a robot.
 struct Writer<'a> {
     turn: &'a Turn<'a>,
     p: &'a Props,
@@ -47,7 +48,7 @@ struct Writer<'a> {
     robot: &'a Robot,
     /// The children of each object, in the order of the tree.
     children: BTreeMap<tatu_object, Vec<tatu_object>>,
-    /// Names of links and joints that are already used.
+    /// Names of links and joints that are in use.
     names: BTreeSet<String>,
     text: String,
 }
@@ -57,7 +58,7 @@ impl Writer<'_> {
     fn object(&mut self, id: tatu_object, link: &str, at: &Pose) -> Result {
         match self.turn.look(id)?.kind {
             TATU_KIND_JOINT => return self.joint(id, link, at),
-            // Frames of sensors are published in `/tf`, with the axes that are usual in ROS.
+            // Frames of sensors are published in `/tf`, with the axes that ROS defines for sensors.
             TATU_KIND_SENSOR => return Ok(()),
             _ => {}
         }
@@ -68,6 +69,7 @@ impl Writer<'_> {
         self.below(id, &own)
     }
 
+    /// Writes the objects below an object, except those of other robots.
     fn below(&mut self, id: tatu_object, link: &str) -> Result {
         for child in self.children.get(&id).cloned().unwrap_or_default() {
             if !self.scene.robots.iter().any(|r| r.base == child) {
@@ -77,10 +79,10 @@ impl Writer<'_> {
         Ok(())
     }
 
+    /// Writes a joint, the link that it moves, and the objects below it.
     fn joint(&mut self, id: tatu_object, link: &str, at: &Pose) -> Result {
         let known = self.robot.joints.iter().find(|(joint, _)| *joint == id).map(|(_, name)| name.clone());
         let name = match known {
-            // The same name as in `joint_states`.
             Some(name) => name,
             None => self.name(id, "")?,
         };
@@ -105,6 +107,7 @@ impl Writer<'_> {
         self.below(id, &moved)
     }
 
+    /// Writes a joint of URDF between two links.
     fn connect(&mut self, name: &str, kind: &str, from: &str, to: &str, at: &Pose, more: &str) {
         let _ = write!(
             self.text,
@@ -114,6 +117,7 @@ impl Writer<'_> {
         );
     }
 
+    /// Writes the link of an object, with the visible and colliding parts of a shape.
     fn link(&mut self, id: tatu_object, name: &str) -> Result {
         if self.turn.look(id)?.kind != TATU_KIND_SHAPE {
             let _ = writeln!(self.text, "  <link name=\"{name}\"/>");
@@ -144,6 +148,7 @@ impl Writer<'_> {
         Ok(())
     }
 
+    /// Writes the mass and inertia of a shape.
     fn inertial(&mut self, id: tatu_object) -> Result {
         let com: [f64; 3] = self.turn.f64s(id, self.p.com)?;
         let inertia = self.turn.get(id, self.p.inertia)?.numbers().unwrap_or_default();
@@ -168,7 +173,7 @@ impl Writer<'_> {
         Ok(self.free(format!("{}{name}{end}", self.robot.prefix)))
     }
 
-    /// Reserves a name, appending a number if it is already used.
+    /// Reserves a name, and returns it with a number appended if it is in use.
     fn free(&mut self, name: String) -> String {
         let numbered = (2..).map(|n| format!("{name}_{n}"));
         let found = [name.clone()].into_iter().chain(numbered).find(|n| !self.names.contains(n)).unwrap_or(name);
@@ -205,7 +210,7 @@ fn geometry(part: ValueRef<'_>) -> Option<(Pose, String)> {
     })
 }
 
-/// Formats an origin; `rpy` are rotations about the fixed axes x, y and z, in this order.
+/// Formats a pose as an origin of URDF. `rpy` are rotations about the fixed axes x, y and z, in this order, rad.
 fn origin(at: &Pose) -> String {
     let q = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(at[6], at[3], at[4], at[5]));
     let (roll, pitch, yaw) = q.euler_angles();

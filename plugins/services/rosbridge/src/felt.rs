@@ -1,4 +1,4 @@
-//! Messages of IMUs, magnetometers, force sensors, batteries and barometers, each built from one reading.
+//! Builds the messages of IMUs, magnetometers, force sensors, batteries and barometers.
 
 use tatu_plugin_api::{
     abi::tatu_object,
@@ -11,32 +11,34 @@ use crate::{
     poses::{quaternion, vector},
 };
 
-/// `sensor_msgs/BatteryState`: status of a battery that is being discharged.
+/// Value of `power_supply_status` in `sensor_msgs/BatteryState`: the battery is being discharged.
 const DISCHARGING: i64 = 2;
 
-/// The quantity that a sensor measures.
+/// The quantity that a sensor measures, for sensors with a single message type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Felt {
-    /// Acceleration, angular velocity and attitude.
+    /// Acceleration, angular velocity and orientation.
     Motion,
-    /// A magnetic field.
+    /// Magnetic field.
     Field,
     /// Force and torque.
     Load,
     /// The state of a battery.
     Battery,
-    /// The pressure of the air.
+    /// Air pressure.
     Pressure,
 }
 
-/// Reads the fields of a sensor.
+/// Reads fields of the last reading of a sensor.
 struct Fields<'a>(&'a Turn<'a>, tatu_object);
 
 impl Fields<'_> {
+    /// Returns the elements of a field, or zeros if it has too few.
     fn numbers<const N: usize>(&self, field: Prop) -> Result<[f64; N]> {
         let reading = self.0.reading(self.1, field)?;
         Ok(reading.f64s().first_chunk().copied().unwrap_or([0.0; N]))
     }
+    /// Returns the single element of a field.
     fn number(&self, field: Prop) -> Result<f64> {
         Ok(self.numbers::<1>(field)?[0])
     }
@@ -46,7 +48,7 @@ impl Felt {
     /// All quantities.
     pub const ALL: [Felt; 5] = [Felt::Motion, Felt::Field, Felt::Load, Felt::Battery, Felt::Pressure];
 
-    /// Returns the last part of the topic's name, and the type of its messages.
+    /// Returns the last part of the name of the topic, and the type of its messages.
     pub fn topic(self) -> (&'static str, &'static str) {
         match self {
             Felt::Motion => ("imu", "sensor_msgs/Imu"),
@@ -57,7 +59,7 @@ impl Felt {
         }
     }
 
-    /// Returns a field that identifies sensors of this quantity.
+    /// Returns a field of readings that only sensors of this quantity have.
     pub fn field(self, p: &Props) -> Prop {
         match self {
             Felt::Motion => p.acceleration,
@@ -68,7 +70,7 @@ impl Felt {
         }
     }
 
-    /// Returns the message of a sensor; `header` creates the message header from the reading's time, s.
+    /// Returns the message of a sensor. `header` builds the header of the message from the time of the reading, s.
     pub fn message(self, turn: &Turn<'_>, p: &Props, id: tatu_object, header: impl Fn(f64) -> Value) -> Result<Value> {
         let header = ("header", header(turn.reading(id, self.field(p))?.time()));
         let of = Fields(turn, id);

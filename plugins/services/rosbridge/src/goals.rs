@@ -1,29 +1,36 @@
-//! Goals of actions: sender, stage and result.
+//! Goals of actions, and the numbers that represent responses, results and statuses.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
-/// Published when a script sends a goal to a client.
+/// Name of the event that is published when a script sends a goal to a client.
 pub(crate) const GOAL: &str = "ros.goal";
-/// Published when a script cancels a goal.
+/// Name of the event that is published when a script requests that a client cancel a goal.
 pub(crate) const CANCEL: &str = "ros.cancel";
-/// Published when a script reports on a client's goal, or ends it.
+/// Name of the event that is published when a script reports feedback on a client's goal, or its result.
 pub(crate) const PROGRESS: &str = "ros.progress";
 
-/// Responses to a goal: rejected; accepted and executed; accepted and deferred.
+/// Response to a goal: it is rejected.
 pub(crate) const REJECT: i64 = 12856;
+/// Response to a goal: it is accepted and executed.
 pub(crate) const EXECUTE: i64 = REJECT + 1;
+/// Response to a goal: it is accepted and will be executed later.
 pub(crate) const DEFER: i64 = REJECT + 2;
-/// Responses to a request to cancel: refused; accepted.
+/// Response to a request to cancel a goal: it is rejected.
 pub(crate) const GO_ON: i64 = 16099;
+/// Response to a request to cancel a goal: it is accepted.
 pub(crate) const ACCEPT_CANCEL: i64 = GO_ON + 1;
-/// Results of a goal, for scripts: succeeded, aborted, cancelled, unknown.
+// Result codes of goals, for scripts.
+/// The goal has succeeded.
 pub(crate) const SUCCEEDED: i64 = 8564;
+/// The goal was aborted.
 pub(crate) const ABORTED: i64 = SUCCEEDED + 1;
+/// The goal was cancelled.
 pub(crate) const CANCELED: i64 = SUCCEEDED + 2;
+/// The result is not known.
 pub(crate) const UNKNOWN: i64 = SUCCEEDED + 3;
 
-/// Converts a result of scripts to the status in `action_msgs/GoalStatus`.
+/// Converts a result code to a status in `action_msgs/GoalStatus`.
 pub(crate) fn status(code: i64) -> i64 {
     match code {
         SUCCEEDED => 4,
@@ -33,7 +40,7 @@ pub(crate) fn status(code: i64) -> i64 {
     }
 }
 
-/// Converts a status to a result of scripts.
+/// Converts a status in `action_msgs/GoalStatus` to a result code.
 pub(crate) fn code(status: i64) -> i64 {
     [SUCCEEDED, ABORTED, CANCELED].into_iter().find(|c| self::status(*c) == status).unwrap_or(UNKNOWN)
 }
@@ -41,36 +48,37 @@ pub(crate) fn code(status: i64) -> i64 {
 /// The sender of a goal.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) enum Asker {
-    /// A script, by the handle of its client.
+    /// A script, by the handle of its action client.
     Script(i64),
-    /// A client of the service, by the service's id of the goal.
+    /// A client of the service, by the id that the service has assigned to the goal.
     Outside(String),
 }
 
 /// The stage of a goal without a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Stage {
-    /// Accepted, to be executed later.
+    /// The goal is accepted and will be executed later.
     Deferred,
-    /// Being executed.
+    /// The goal is being executed.
     Executing,
-    /// Being cancelled, at the request of its sender.
+    /// The server has accepted the request of the sender to cancel the goal.
     Canceling,
 }
 
-/// A goal without a result.
+/// A goal of an action that has not ended yet.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Goal {
-    /// Serial number among all goals of the run.
+    /// Number of the goal among all goals of the run, from 1.
     pub(crate) number: u64,
     /// The server: the handle of a script's action server, or `None` for a client of the service.
     pub(crate) server: Option<i64>,
     pub(crate) asker: Asker,
     pub(crate) stage: Stage,
+    /// The goal message.
     pub(crate) json: Json,
 }
 
-/// Returns the id of goal `number`: 32 digits that look like a UUID of ROS, and are the same in each run.
+/// Returns the id of the goal `number`: 32 hexadecimal digits, like a UUID of ROS, that are the same in each run.
 pub(crate) fn id(number: u64) -> String {
     let mix = |x: u64| {
         let x = x.wrapping_mul(0x9E37_79B9_7F4A_7C15);

@@ -1,4 +1,4 @@
-//! Goals of actions that clients send or serve, on the side of the service.
+//! Handles goals that clients send or execute. This is the part of the service; `goals_of_scripts` is that of scripts.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
@@ -14,7 +14,7 @@ use crate::{
 };
 
 impl State {
-    /// Registers a client as server of an action.
+    /// Registers a client as the server of an action. Fails if a script offers the action.
     pub(crate) fn offer_action(&mut self, number: u64, action: String, kind: String) -> Result {
         if self.relay.actions.get(&action).is_some_and(|(server, _)| *server == SCRIPTS) {
             return Err(Fail::unsupported(format!("a script already offers the action {action}")));
@@ -23,7 +23,7 @@ impl State {
         Ok(())
     }
 
-    /// Handles a goal sent by a client.
+    /// Forwards a goal of a client to the script or client that offers the action.
     pub(crate) fn goal(
         &mut self,
         turn: &Turn<'_>,
@@ -52,7 +52,7 @@ impl State {
         Ok(())
     }
 
-    /// Handles a client's request to cancel a goal.
+    /// Forwards a client's request to cancel a goal to the server of the goal.
     pub(crate) fn cancel(&mut self, turn: &Turn<'_>, number: u64, id: &str) -> Result {
         match self.relay.cancel(&self.peers, number, id) {
             Some(own) => turn.call(between::TAKE_BACK, &[Value::text(own)], 0).map(drop),
@@ -60,12 +60,12 @@ impl State {
         }
     }
 
-    /// Forwards a script's report on a client's goal; if it has a status, the goal ends.
+    /// Forwards feedback of a script on a client's goal, or its result if `status` is given.
     pub(crate) fn reported(&mut self, own: &str, status: Option<i64>, values: Json) {
         self.relay.progress(&self.peers, SCRIPTS, own, status, values, true);
     }
 
-    /// Reports to scripts what clients offer, if that has changed.
+    /// Passes the names of the services and actions that clients offer to scripts if they have changed.
     pub(crate) fn tell_offers(&mut self, turn: &Turn<'_>) -> Result {
         let names = |all: &std::collections::BTreeMap<String, (u64, String)>| {
             all.iter().filter(|(_, (server, _))| *server != SCRIPTS).map(|(name, _)| name.clone()).collect()
@@ -79,12 +79,12 @@ impl State {
         Ok(())
     }
 
-    /// Forwards goals of scripts to clients, and the clients' reports to scripts.
+    /// Forwards goals of scripts to clients, and feedback and results of clients to scripts.
     pub(crate) fn goals_of_scripts(&mut self, turn: &Turn<'_>) {
         let GoalsOfScripts { given, taken_back } = std::mem::take(&mut self.of_scripts);
         for (id, action, message) in given {
             if !self.relay.goal(&self.peers, SCRIPTS, Some(id.clone()), &action, message) {
-                // The client that offered it has disconnected in the meantime.
+                // The client that offered the action has disconnected in the meantime.
                 self.relay.reports.push(Report { id, status: Some(UNKNOWN), values: json!({}) });
             }
         }
@@ -92,11 +92,14 @@ impl State {
             self.relay.cancel(&self.peers, SCRIPTS, &id);
         }
         for Report { id, status, values } in std::mem::take(&mut self.relay.reports) {
-            // Values that are not a message, such as the reason of an error, have no fields.
+            // Values that are not a message, such as the text of an error, are replaced by a message without fields.
             let values = if values.is_object() { values } else { json!({}) };
             let report = [Value::text(&id), Value::Int(status.unwrap_or(-1)), Value::text(values.to_string())];
             if let Err(fail) = turn.call(between::REPORT, &report, 0) {
-                turn.host().log(TATU_LOG_WARNING, &format!("rosbridge: a report on the goal {id}: {}", fail.text()));
+                turn.host().log(
+                    TATU_LOG_WARNING,
+                    &format!("rosbridge: a report on the goal {id} could not be passed to its script: {}", fail.text()),
+                );
             }
         }
     }

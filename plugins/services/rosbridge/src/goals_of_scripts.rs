@@ -1,4 +1,4 @@
-//! Goals of actions that scripts send or serve.
+//! Handles goals that scripts send or execute.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result, Value, keys};
@@ -9,16 +9,17 @@ use crate::{
     node::{Endpoint, Node, Role},
 };
 
-/// Indices of the callbacks of an action server.
+// Indices of the callbacks of an action server.
 const HANDLE_GOAL: usize = 0;
 const HANDLE_CANCEL: usize = 1;
 const HANDLE_ACCEPTED: usize = 2;
-/// Indices of the callbacks of an action client.
+// Indices of the callbacks of an action client.
 const RESPONSE: usize = 0;
 const FEEDBACK: usize = 1;
 const RESULT: usize = 2;
 
 impl Node {
+    /// Stores a new goal, and returns its id.
     fn keep(&self, server: Option<i64>, asker: Asker, json: &Json) -> Result<String> {
         let mut all = self.all()?;
         all.given += 1;
@@ -27,13 +28,14 @@ impl Node {
         Ok(id)
     }
 
-    /// Returns a goal of an action server of this world.
+    /// Returns a goal of an action server.
     pub(crate) fn goal(&self, server: i64, id: &str) -> Result<Goal> {
         let found = self.all()?.goals.get(id).filter(|g| g.server == Some(server)).cloned();
         found.ok_or_else(|| {
             Fail::missing(format!("action server {server} has no goal '{id}': it was never accepted, or it has ended"))
         })
     }
+    /// Sets the stage of a goal, if it still exists.
     pub(crate) fn set_stage(&self, id: &str, stage: Stage) -> Result {
         if let Some(goal) = self.all()?.goals.get_mut(id) {
             goal.stage = stage;
@@ -41,7 +43,8 @@ impl Node {
         Ok(())
     }
 
-    /// Asks a script's action server whether it accepts a goal; returns the goal's id, or `None` if it does not.
+    /// Calls the goal callback of a script's action server. Returns the id of the goal, or `None` if the server rejects
+    /// it.
     fn ask_server(
         &self,
         c: &mut Ctx<'_>,
@@ -60,8 +63,8 @@ impl Node {
             other => {
                 self.all()?.goals.remove(&id);
                 let text = format!(
-                    "the goal callback of {} returned neither simROS2.goal_response.reject nor accept_and_execute nor \
-                     accept_and_defer",
+                    "the goal callback of {} returned an invalid value: expected simROS2.goal_response.reject, \
+                     accept_and_execute or accept_and_defer",
                     of.name
                 );
                 return other.and(Err(Fail::argument(text)));
@@ -77,20 +80,21 @@ impl Node {
         }
         Ok(Some(id))
     }
-    /// Notifies a script's action server of a goal that it has accepted.
+    /// Calls the callback of a script's action server for a goal that it has accepted.
     fn accepted(&self, c: &mut Ctx<'_>, of: &Endpoint, id: &str, json: &Json) -> Result {
         let given = of.given(convert::value(json, &format!("{}Goal", of.kind), of.ros())?);
         of.call(c, HANDLE_ACCEPTED, &[Value::text(id), given]).map(drop)
     }
 
-    /// Sends a goal of a script: directly if a script serves the action, or through the service if a client does.
-    /// Returns false if no server offers the action.
+    /// Sends a goal of a script: directly if a script offers the action, or by the service if a client offers it.
+    /// Returns false if the action is not offered.
     pub(crate) fn send_goal(&self, c: &mut Ctx<'_>, handle: i64, client: &Endpoint, json: &Json) -> Result<bool> {
         let asker = Asker::Script(handle);
         if let Some(server) = self.alive(&c.world(), Role::ActionServer, &client.name)?.into_iter().next() {
             let id = self.ask_server(c, &server, asker, json)?;
             let answer = [Value::text(id.as_deref().unwrap_or("")), Value::Bool(id.is_some())];
-            // Respond before the goal is started: it may end at once, and its result must follow its acceptance.
+            // The client is notified before the goal is started, because the goal may end immediately, and its result
+            // must follow its acceptance.
             client.call(c, RESPONSE, &answer)?;
             if let Some(id) = id {
                 self.accepted(c, &server.1, &id, json)?;
@@ -113,7 +117,7 @@ impl Node {
         Ok(true)
     }
 
-    /// Sends a goal of a client to a script; returns whether it was accepted.
+    /// Passes a goal of a client to the script that offers the action. Returns whether the goal was accepted.
     pub(crate) fn goal_from_outside(&self, c: &mut Ctx<'_>, action: &str, number: &str, json: &Json) -> Result<bool> {
         let server = self.alive(&c.world(), Role::ActionServer, action)?.into_iter().next();
         let server = server.ok_or_else(|| Fail::missing(format!("no script offers the action {action}")))?;
@@ -124,8 +128,8 @@ impl Node {
         Ok(id.is_some())
     }
 
-    /// Cancels a goal at the request of its sender: if the sender is a client, by the service's id of the goal; if it
-    /// is a script, its last goal.
+    /// Passes the request of a goal's sender to cancel the goal to its server. Returns false if the goal does not
+    /// exist.
     pub(crate) fn cancel(&self, c: &mut Ctx<'_>, id: &str) -> Result<bool> {
         let goal = self.all()?.goals.get(id).cloned();
         let Some(goal) = goal else { return Ok(false) };
@@ -147,14 +151,15 @@ impl Node {
         let own = all.goals.iter().filter(|(_, g)| matches!(g.asker, Asker::Script(handle) if handle == client));
         Ok(own.max_by_key(|(_, g)| g.number).map(|(id, _)| id.clone()))
     }
-    /// Returns the id of a goal that a client of the service sent.
+    /// Returns the id of the goal that a client has sent, given the id that the service has assigned to it.
     pub(crate) fn goal_of_outside(&self, number: &str) -> Result<Option<String>> {
         let all = self.all()?;
         let found = all.goals.iter().find(|(_, g)| matches!(&g.asker, Asker::Outside(n) if n == number));
         Ok(found.map(|(id, _)| id.clone()))
     }
 
-    /// Sends feedback to the sender of a goal, or its result if `ended` is given.
+    /// Sends feedback on a goal to its sender, or its result if `ended` is a result code. A goal with a result is
+    /// removed.
     pub(crate) fn report(&self, c: &mut Ctx<'_>, id: &str, ended: Option<i64>, json: &Json) -> Result {
         let goal = self.all()?.goals.get(id).cloned();
         let Some(goal) = goal else { return Ok(()) };
@@ -167,12 +172,12 @@ impl Node {
                 &keys([
                     ("id", Value::text(number)),
                     ("json", Value::text(json.to_string())),
-                    // Negative: no result yet.
+                    // A negative status marks feedback.
                     ("status", Value::Int(ended.map_or(-1, goals::status))),
                 ]),
             ),
             Asker::Script(handle) => {
-                // An action client that was closed receives nothing.
+                // The action client may have been closed, or its script may have been removed.
                 let Ok(client) = self.of(handle, Role::ActionClient) else { return Ok(()) };
                 if !self.alive(&c.world(), Role::ActionClient, &client.name)?.iter().any(|(h, _)| *h == handle) {
                     return Ok(());
@@ -188,7 +193,7 @@ impl Node {
         }
     }
 
-    /// Aborts all unfinished goals of an action server that is closed.
+    /// Aborts all unfinished goals of an action server.
     pub(crate) fn abort_all(&self, c: &mut Ctx<'_>, server: i64) -> Result {
         let left: Vec<String> = {
             let all = self.all()?;

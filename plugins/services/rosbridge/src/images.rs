@@ -9,6 +9,7 @@ use crate::{
     types::Ros,
 };
 
+/// Adds the commands.
 pub(crate) fn images(offer: &mut Offer<Plugin>) {
     let image = |c: &mut Ctx<'_>, ros| {
         let endpoint = Endpoint::new(Role::Publisher, &c.text(0)?, "sensor_msgs/Image", ros, Vec::new())?;
@@ -34,11 +35,11 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
             let row = usize::try_from(width).unwrap_or(0) * 3;
             if row == 0 || height < 0 || data.len() != row * height as usize {
                 return Err(Fail::argument(format!(
-                    "{width} x {height} pixels of three bytes are not {} bytes",
+                    "expected the data of {width} x {height} pixels with three bytes each, found {} bytes",
                     data.len()
                 )));
             }
-            // The simulator's images begin with the lowest row, those of ROS with the highest.
+            // Images of the simulator start with the bottom row, those of ROS with the top row.
             let flipped: Vec<u8> = data.chunks(row).rev().flatten().copied().collect();
             let stamp = match ros {
                 Ros::One => Value::Float(time(c, "scene.time")?),

@@ -1,17 +1,18 @@
-//! The rosbridge service: ROS clients on a WebSocket read sensors of a scene as topics, and steer its robots.
+//! The rosbridge service: ROS clients connect by WebSocket, read sensors of a scene as topics, and drive its robots.
 //!
-//! - `plugin`: the plugin, and its interned property keys; `types`: message definitions; `convert`: messages as JSON,
-//!   CBOR and values;
-//! - `robots`: robots and sensors of a scene, and wheel odometry; `poses`: coordinate frames;
-//! - `topics`: topics that the scene provides; `messages`: their content; `felt`: that of sensors of motion and force;
-//!   `covariance`: covariances of readings; `description`: robots as URDF;
-//! - `protocol`: requests of clients; `peers`: subscriptions of each client; `relay`: services and actions that clients
-//!   offer;
-//! - `acts`: executes requests of clients; `rosapi`: introspection; `service`: the barrier;
+//! - `plugin`: the state of the plugin; `types`: definitions of message types; `convert`: converts messages between
+//!   values, JSON and CBOR;
+//! - `robots`: robots and sensors of a scene, and wheel odometry; `poses`: calculations with poses;
+//! - `topics`: topics that the scene provides; `messages`, `felt`: their messages; `covariance`: covariances of
+//!   readings; `description`: robots as URDF;
+//! - `protocol`: parses requests from clients; `peers`: clients and their subscriptions; `relay`: forwards calls and
+//!   goals between clients and scripts;
+//! - `acts`: executes requests from clients; `rosapi`: introspection; `service`: the service and its work at each
+//!   barrier;
 //! - `scripts`: `simROS` and `simROS2`, the commands for scripts; `times`, `images`, `pixels`, `bytes`, `params`:
-//!   further commands; `node`: endpoints that scripts have open;
-//! - `goals`: goals of actions; `actions`: commands for them; `between`: commands that the service calls;
-//!   `goals_of_scripts`, `goals_of_clients`: their execution.
+//!   further commands; `node`: endpoints that scripts have opened;
+//! - `goals`: goals of actions; `actions`: commands for actions; `between`: commands that only the service calls;
+//!   `goals_of_scripts`, `goals_of_clients`: handling of goals on the side of scripts and of the service.
 
 mod actions;
 mod acts;
@@ -93,7 +94,7 @@ impl PerWorld for Ros {
     fn load(node: &node::Node, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
             let text = format!(
-                "its state was saved in format version {version}; this program reads version {}",
+                "its state was saved in format version {version}, but this program reads only version {}",
                 Self::STATE_VERSION
             );
             return Err(Fail::unsupported(text));

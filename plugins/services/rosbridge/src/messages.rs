@@ -1,4 +1,5 @@
-//! Messages that a scene publishes, as values by the field names in `types`. Omitted fields are 0.
+//! Builds the messages that a scene publishes, as values with the field names in `types`. Omitted fields have their
+//! default value.
 
 use tatu_plugin_api::{
     abi::tatu_object,
@@ -12,19 +13,20 @@ use crate::{
     topics::What,
 };
 
-/// `sensor_msgs/PointField`: datatype of 32-bit floats.
+/// Value of `datatype` in `sensor_msgs/PointField`: 32-bit floats.
 const FLOAT32: i64 = 7;
-/// `sensor_msgs/Range`: radiation types ultrasound and infrared.
+/// Value of `radiation_type` in `sensor_msgs/Range`: ultrasound.
 const SOUND: i64 = 0;
+/// Value of `radiation_type` in `sensor_msgs/Range`: infrared.
 const LIGHT: i64 = 1;
-/// `sensor_msgs/NavSatFix`: the diagonal of the covariance is known.
+/// Value of `position_covariance_type` in `sensor_msgs/NavSatFix`: the diagonal of the covariance is known.
 const DIAGONAL_KNOWN: i64 = 2;
 
 /// The data from which messages are built.
 pub struct Source<'a> {
     /// The world.
     pub turn: &'a Turn<'a>,
-    /// Interned properties.
+    /// Interned property keys.
     pub p: &'a Props,
     /// The robots and sensors of the scene.
     pub scene: &'a Scene,
@@ -34,16 +36,19 @@ pub struct Source<'a> {
     pub dt: f64,
 }
 
+/// Returns a string value.
 fn text(t: &str) -> Value {
     Value::text(t)
 }
 
 impl Source<'_> {
+    /// Returns a `std_msgs/Header`.
     fn header(&self, frame: &str, time: f64) -> Value {
         keys([("stamp", Value::Float(time)), ("frame_id", text(frame))])
     }
 
-    /// Returns the measurement count of a topic's source, or `None` if the topic changes in each step.
+    /// Returns the number of measurements of the sensor that a topic publishes, or `None` if the topic changes in each
+    /// step.
     pub fn sequence(&self, what: What) -> Option<u64> {
         let of = |i: usize, prop: Prop| {
             let id = self.scene.sensors.get(i)?.id;
@@ -57,14 +62,14 @@ impl Source<'_> {
             What::Image(i) => of(i, p.rgb),
             What::Depth(i) | What::Optics(i) => of(i, p.depth),
             What::Felt(i, felt) => of(i, felt.field(p)),
-            // Published once a second, for clients that subscribe later.
+            // These topics are published once a second, for clients that subscribe later.
             What::StaticFrames | What::Description(_) => Some(self.time as u64 + 1),
             What::Points(i) => of(i, p.depth).filter(|n| *n > 0).or_else(|| of(i, p.scan_distance)),
             _ => None,
         }
     }
 
-    /// Returns the message of a topic, or `None` if there is none.
+    /// Returns the current message of a topic, or `None` if the topic has no messages.
     pub fn message(&self, what: What) -> Result<Option<Value>> {
         Ok(match what {
             What::Clock => Some(keys([("clock", Value::Float(self.time))])),
@@ -90,26 +95,31 @@ impl Source<'_> {
         })
     }
 
+    /// Builds a message for the robot with index `i`.
     fn robot(&self, i: usize, f: impl Fn(&Robot) -> Result<Value>) -> Result<Option<Value>> {
         self.scene.robots.get(i).map(f).transpose()
     }
+    /// Builds a message for the sensor with index `i`.
     fn sensor(&self, i: usize, f: impl Fn(&Sensor) -> Result<Value>) -> Result<Option<Value>> {
         self.scene.sensors.get(i).map(f).transpose()
     }
+    /// Returns a numeric property, or `None` if the object does not have it.
     fn number(&self, id: tatu_object, key: &str) -> Option<f64> {
         self.turn.f64(id, self.turn.host().prop(key)).ok()
     }
 
-    /// Returns the pose of a robot's `base_link` in its odometry frame, on the floor, computed from its wheels.
+    /// Returns the pose of a robot's `base_link` in its odometry frame, computed from the motion of its wheels; `None`
+    /// if it has no drivetrain.
     fn driven(&self, robot: &Robot) -> Option<Pose> {
         robot.train.as_ref().map(|_| robot.odometry.pose())
     }
 
-    /// Returns the true pose of a robot's `base_link`.
+    /// Returns the true pose of a robot's `base_link` in the world frame.
     fn real(&self, robot: &Robot) -> Result<Pose> {
         Ok(then(&self.turn.pose(robot.base, 0)?, &robot.link()))
     }
 
+    /// Returns a `geometry_msgs/TransformStamped`.
     fn frame(&self, parent: &str, child: &str, at: &Pose) -> Value {
         keys([
             ("header", self.header(parent, self.time)),
@@ -118,8 +128,9 @@ impl Source<'_> {
         ])
     }
 
-    /// Returns the frames map > odom > base_link > sensors. The odometry error is between map and odom, as with a
-    /// localization node; both are on the floor. Height and tilt of the robot are between odom and base_link.
+    /// Returns all frames: map > odom > base_link > sensors. The transform from map to odom, both on the floor, is the
+    /// odometry error, as with a localization node. The transform from odom to base_link includes the height and tilt
+    /// of the robot.
     fn frames(&self) -> Result<Vec<Value>> {
         let mut out = Vec::new();
         for robot in &self.scene.robots {
@@ -140,13 +151,14 @@ impl Source<'_> {
         Ok(out)
     }
 
-    /// Returns the frames of sensors that are rigidly attached to their robot. These frames are in `/tf` as well, since
-    /// many clients of rosbridge only read that topic.
+    /// Returns the frames of sensors that are rigidly attached to their robot or to the world. These frames are in
+    /// `/tf` as well, because many clients of rosbridge read only that topic.
     fn static_frames(&self) -> Result<Vec<Value>> {
         let fixed = |s: &&Sensor| s.fixed;
         self.scene.sensors.iter().filter(fixed).map(|s| self.sensor_frame(s)).collect()
     }
 
+    /// Returns the frame of a sensor, relative to its robot or to the map.
     fn sensor_frame(&self, sensor: &Sensor) -> Result<Value> {
         let turn = match sensor.axes {
             Axes::Optical => &OPTICAL,
@@ -219,7 +231,7 @@ impl Source<'_> {
         let detected = self.turn.reading(s.id, self.p.detected)?;
         let distance = self.turn.reading(s.id, self.p.distance)?.f64s().first().copied();
         let seen = detected.i32s().first() == Some(&1);
-        // A sensor's kind is the prefix of its parameters' names.
+        // The keys of a sensor's parameters start with the kind of the sensor.
         let kind = self.turn.get(s.id, self.p.sensor_kind)?.as_str().unwrap_or_default().into_owned();
         let of = |name: &str| self.number(s.id, &format!("{kind}.{name}"));
         let waves = self.turn.get(s.id, self.turn.host().prop(&format!("{kind}.waves")));
@@ -237,7 +249,7 @@ impl Source<'_> {
     fn fix(&self, s: &Sensor) -> Result<Value> {
         let one = |prop| -> Result<f64> { Ok(self.turn.reading(s.id, prop)?.f64s().first().copied().unwrap_or(0.0)) };
         let valid = self.turn.reading(s.id, self.p.fix_valid)?;
-        // 1: the receiver has a position fix.
+        // STATUS_FIX is 0, and STATUS_NO_FIX is -1.
         let found = if valid.i32s().first() == Some(&1) { 0 } else { -1 };
         Ok(keys([
             ("header", self.header(&s.frame, valid.time())),
@@ -250,6 +262,7 @@ impl Source<'_> {
         ]))
     }
 
+    /// Returns an image; `pixel` is the number of bytes per pixel.
     fn picture(&self, s: &Sensor, of: &Reading, encoding: &str, pixel: usize, data: Vec<u8>) -> Value {
         let [rows, columns, _] = of.dims();
         keys([
@@ -264,7 +277,7 @@ impl Source<'_> {
 
     fn image(&self, s: &Sensor) -> Result<Value> {
         let rgb = self.turn.reading(s.id, self.p.rgb)?;
-        // ROS images begin with the highest row.
+        // ROS images start with the top row.
         let row = rgb.dims()[1] as usize * 3;
         let rows: Vec<&[u8]> = rgb.u8s().chunks(row.max(1)).rev().collect();
         let data = rows.concat();
@@ -279,6 +292,7 @@ impl Source<'_> {
         Ok(self.picture(s, &depth, "32FC1", 4, data))
     }
 
+    /// Returns fx, fy, cx and cy of a camera, pixels, with rows counted from the bottom.
     fn intrinsics(&self, s: &Sensor) -> Result<[f64; 4]> {
         let all = self.turn.reading(s.id, self.p.intrinsics)?;
         Ok(all.f64s().first_chunk::<4>().copied().unwrap_or([1.0, 1.0, 0.0, 0.0]))
@@ -288,7 +302,7 @@ impl Source<'_> {
         let depth = self.turn.reading(s.id, self.p.depth)?;
         let [rows, columns, _] = depth.dims();
         let [fx, fy, cx, cy] = self.intrinsics(s)?;
-        // ROS counts rows from the highest one.
+        // ROS counts rows from the top.
         let cy = f64::from(rows) - 1.0 - cy;
         Ok(keys([
             ("header", self.header(&s.frame, depth.time())),
@@ -302,7 +316,8 @@ impl Source<'_> {
         ]))
     }
 
-    /// Returns the points of a depth camera, in its optical frame and row by row, or of a scanner.
+    /// Returns the points of a depth camera in its optical frame, row by row from the top, or those of a scanner with
+    /// layers.
     fn points(&self, s: &Sensor) -> Result<Value> {
         if s.axes != Axes::Optical {
             return self.layers(s);
@@ -316,7 +331,7 @@ impl Source<'_> {
             for (column, z) in line.iter().enumerate() {
                 let z = if *z == 0.0 || !z.is_finite() { f64::NAN } else { f64::from(*z) };
                 let away = if parallel { if z.is_nan() { z } else { 1.0 } } else { z };
-                // x points right, y down.
+                // The x axis points right, and the y axis down.
                 let (x, y) = ((column as f64 - cx) * away / fx, -(row as f64 - cy) * away / fy);
                 [x, y, z].iter().for_each(|v| data.extend_from_slice(&(*v as f32).to_le_bytes()));
             }
@@ -324,6 +339,7 @@ impl Source<'_> {
         Ok(self.cloud(s, depth.time(), [rows, columns], data))
     }
 
+    /// Returns the points of a scanner with layers.
     fn layers(&self, s: &Sensor) -> Result<Value> {
         let distance = self.turn.reading(s.id, self.p.scan_distance)?;
         let angle = self.turn.reading(s.id, self.p.scan_angle)?;
@@ -337,6 +353,7 @@ impl Source<'_> {
         Ok(self.cloud(s, distance.time(), [1, distance.f64s().len() as u32], data))
     }
 
+    /// Returns a point cloud; `data` contains x, y and z of each point as 32-bit floats.
     fn cloud(&self, s: &Sensor, time: f64, [rows, columns]: [u32; 2], data: Vec<u8>) -> Value {
         let field = |(i, name): (i64, &str)| {
             keys([

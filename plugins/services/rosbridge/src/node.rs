@@ -1,5 +1,5 @@
-//! Endpoints that the scripts of a world have open: publishers, subscribers, servers and clients. They are stored here,
-//! and passed to the service by events.
+//! Endpoints that the scripts of a world have opened: publishers, subscribers, servers and clients. They are stored
+//! here, and announced to the service by events.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -20,18 +20,18 @@ use crate::{
     types::{self, Ros},
 };
 
-/// Published when a script opens or closes an endpoint.
+/// Name of the event that is published when a script opens or closes an endpoint.
 pub(crate) const ENDPOINT: &str = "ros.endpoint";
-/// Published when a script publishes a message.
+/// Name of the event that is published when a script publishes a message.
 pub(crate) const MESSAGE: &str = "ros.message";
-/// Published when a script calls a service that no script offers.
+/// Name of the event that is published when a script calls a service that no script offers.
 pub(crate) const REQUEST: &str = "ros.request";
 
-/// A callback that a script passed: the name of a function, or a function value. With neither, nothing is called.
+/// A callback of a script: the name of a function, or a function value. If it has neither, nothing is called.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Callback {
     name: String,
-    /// Not part of snapshots.
+    /// The function value, which cannot be part of a snapshot.
     #[serde(skip)]
     function: Option<tatu_func>,
 }
@@ -61,7 +61,7 @@ pub(crate) enum Role {
 }
 
 impl Role {
-    /// Returns the role's name in the event.
+    /// Returns the name of the role in events and error messages.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Role::Publisher => "publisher",
@@ -79,16 +79,18 @@ impl Role {
 pub(crate) struct Endpoint {
     pub(crate) role: Role,
     pub(crate) name: String,
-    /// The type, by its name in ROS 1; that of a service is without `Request`, that of an action without `Goal`.
+    /// The message type, by its name in ROS 1. The type of a service does not include `Request`, and that of an action
+    /// does not include `Goal`.
     pub(crate) kind: String,
     /// Whether the script uses names and times of ROS 2.
     pub(crate) two: bool,
-    /// The callbacks: one function, or those of an action, in the order of its parameters.
+    /// The callbacks: none, one, or those of an action client or server in the order of their parameters.
     callbacks: Vec<Callback>,
-    /// Whether the script gets arrays of bytes as strings.
+    /// Whether the script receives arrays of bytes as strings.
     pub(crate) bytes_as_text: bool,
-    /// Whether the script gets the pixels of images instead of messages.
+    /// Whether the script receives the pixels of images instead of messages.
     pub(crate) pixels: bool,
+    /// The script that has opened the endpoint.
     script: tatu_object,
 }
 
@@ -98,24 +100,28 @@ impl Endpoint {
     }
 }
 
-/// The ROS state of all scripts of a world.
+/// The ROS state of a world, which is saved in snapshots.
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct All {
+    /// The last assigned handle.
     made: i64,
+    /// The open endpoints, by handle.
     pub(crate) open: BTreeMap<i64, Endpoint>,
-    /// Parameters that scripts set.
+    /// Parameters that scripts have set.
     pub(crate) params: BTreeMap<String, Json>,
+    /// The last number of a service call or waiting thread.
     asked: u64,
-    /// Handles of clients whose calls wait.
+    /// The handles of the clients that wait for an answer, by the number of the call.
     waiting: BTreeMap<u64, i64>,
+    /// Answers to calls, as JSON, and whether the call succeeded, by the number of the call.
     answers: BTreeMap<u64, (String, bool)>,
     /// Services and actions that clients of the bridge offer.
     pub(crate) offered: Offered,
-    /// Goals without a result, by id.
+    /// The goals without a result, by id.
     pub(crate) goals: BTreeMap<String, Goal>,
-    /// Number of goals sent so far.
+    /// Number of goals so far.
     pub(crate) given: u64,
-    /// Threads that wait for a server, by number.
+    /// Threads that wait for a server to be offered, by number.
     pub(crate) waits: BTreeMap<u64, Wait>,
 }
 
@@ -126,27 +132,29 @@ pub(crate) struct Offered {
     pub(crate) actions: BTreeSet<String>,
 }
 
-/// A thread that waits for a server.
+/// A thread that waits until a server is offered.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Wait {
-    /// The handle of the thread's client.
+    /// The handle of the client that the thread uses.
     pub(crate) handle: i64,
-    /// The message that it will send.
+    /// The message that the thread will send, as JSON.
     pub(crate) json: Json,
     /// Simulation time at which the wait ends, s.
     pub(crate) until: f64,
 }
 
-/// The node of a world. Commands can call each other: borrow briefly, never across a call to the host.
+/// The ROS node of a world. Commands can call each other, so a borrow must never last across a call to the host.
 #[derive(Default)]
 pub struct Node(RefCell<All>);
 
 impl Node {
-    /// Serializes the state for a snapshot; fails if there are callbacks that are function values.
+    /// Serializes the state for a snapshot. Fails if an endpoint has a callback that is a function value.
     pub(crate) fn write(&self) -> Result<Vec<u8>> {
         let all = self.all()?;
         if all.open.values().flat_map(|e| &e.callbacks).any(|f| f.function.is_some()) {
-            return Err(Fail::unsupported("callbacks given as functions cannot be saved: use names of functions"));
+            return Err(Fail::unsupported(
+                "ROS callbacks that are function values cannot be saved: pass the names of the functions instead",
+            ));
         }
         serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("the ROS state of scripts could not be saved: {e}")))
     }
@@ -154,15 +162,15 @@ impl Node {
         self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the ROS state of scripts is in use"))
     }
 
-    /// Ends a run. Endpoints of scripts that outlive the run stay open. They are announced to the service again,
-    /// because it forgets everything at a stop.
+    /// Resets the state at the end of a run. Endpoints of scripts that outlive the run remain open and are announced to
+    /// the service again, because the service discards all endpoints when the simulation stops.
     pub(crate) fn end_run(&self, world: &World<'_>) -> Result {
         let open = std::mem::take(&mut self.all()?.open);
         let kept: BTreeMap<i64, Endpoint> = open.into_iter().filter(|(_, e)| world.outlives_runs(e.script)).collect();
         for endpoint in kept.values() {
             tell(world, endpoint, true)?;
         }
-        // The next run must number its endpoints in the same way as this one.
+        // The next run must assign the same handles as this one.
         let made = kept.keys().next_back().copied().unwrap_or(0);
         let mut all = self.all()?;
         let offered = std::mem::take(&mut all.offered);
@@ -170,7 +178,7 @@ impl Node {
         Ok(())
     }
 
-    /// Opens an endpoint; returns its handle.
+    /// Opens an endpoint of a script, and returns its handle.
     pub(crate) fn open(&self, world: &World<'_>, script: tatu_object, mut endpoint: Endpoint) -> Result<i64> {
         endpoint.script = script;
         tell(world, &endpoint, true)?;
@@ -180,7 +188,7 @@ impl Node {
         all.open.insert(handle, endpoint);
         Ok(handle)
     }
-    /// Closes an endpoint.
+    /// Closes an endpoint, and announces that to the service if it is the last one with this role and name.
     pub(crate) fn close(&self, c: &Ctx<'_>, handle: i64, role: Role) -> Result {
         let endpoint = self.of(handle, role)?;
         endpoint.callbacks.iter().filter_map(|f| f.function).for_each(|f| c.drop_func(f));
@@ -191,12 +199,12 @@ impl Node {
         };
         if last { tell(&c.world(), &endpoint, false) } else { Ok(()) }
     }
-    /// Returns the endpoint with a handle.
+    /// Returns the endpoint with a handle. Fails if it does not exist or has another role.
     pub(crate) fn of(&self, handle: i64, role: Role) -> Result<Endpoint> {
         let found = self.all()?.open.get(&handle).filter(|e| e.role == role).cloned();
-        found.ok_or_else(|| Fail::missing(format!("there is no {} {handle}", role.name())))
+        found.ok_or_else(|| Fail::missing(format!("there is no {} with the handle {handle}", role.name())))
     }
-    /// Makes an endpoint pass arrays of bytes as strings.
+    /// Makes an endpoint pass arrays of bytes to its script as strings.
     pub(crate) fn bytes_as_text(&self, handle: i64, role: Role) -> Result {
         self.of(handle, role)?;
         if let Some(endpoint) = self.all()?.open.get_mut(&handle) {
@@ -204,7 +212,8 @@ impl Node {
         }
         Ok(())
     }
-    /// Returns the endpoints of a role and name whose script still exists, with their handles, in order of creation.
+    /// Removes the endpoints of scripts that no longer exist. Returns the endpoints with a role and name, with their
+    /// handles, in order of creation.
     pub(crate) fn alive(&self, world: &World<'_>, role: Role, name: &str) -> Result<Vec<(i64, Endpoint)>> {
         let mut all = self.all()?;
         all.open.retain(|_, e| world.look(e.script).is_ok());
@@ -212,7 +221,8 @@ impl Node {
         Ok(found.map(|(handle, e)| (*handle, e.clone())).collect())
     }
 
-    /// Publishes a message of a script: other scripts of the world receive it at once, clients through the service.
+    /// Publishes a message of a script. Scripts of the world receive it immediately, and clients receive it through the
+    /// service.
     pub(crate) fn publish(&self, c: &mut Ctx<'_>, from: &Endpoint, message: &Value) -> Result {
         let json = convert::node(message, &from.kind, from.ros())?.json();
         c.world().publish_value(
@@ -225,7 +235,7 @@ impl Node {
         )?;
         self.deliver(c, &from.name, &json)
     }
-    /// Delivers a message to the scripts that subscribe to its topic.
+    /// Passes a message to the scripts that have subscribed to its topic.
     pub(crate) fn deliver(&self, c: &mut Ctx<'_>, topic: &str, json: &Json) -> Result {
         for (_, to) in self.alive(&c.world(), Role::Subscriber, topic)? {
             let message = convert::value(json, &to.kind, to.ros())?;
@@ -234,7 +244,7 @@ impl Node {
         }
         Ok(())
     }
-    /// Calls a service that a script offers; returns `None` if no script offers it.
+    /// Calls a service that a script offers, and returns its response. Returns `None` if no script offers it.
     pub(crate) fn serve(&self, c: &mut Ctx<'_>, service: &str, request: &Json) -> Result<Option<Json>> {
         let Some((_, server)) = self.alive(&c.world(), Role::Server, service)?.into_iter().next() else {
             return Ok(None);
@@ -245,7 +255,7 @@ impl Node {
         Ok(Some(convert::node(response, &format!("{}Response", server.kind), server.ros())?.json()))
     }
 
-    /// Asks a client to perform a service that it offers; returns the number of the call.
+    /// Publishes a call of a service that is not offered by a script. Returns the number of the call.
     pub(crate) fn ask(&self, world: &World<'_>, client: i64, service: &str, request: &Json) -> Result<u64> {
         let number = {
             let mut all = self.all()?;
@@ -262,7 +272,7 @@ impl Node {
         world.publish_value(REQUEST, &payload)?;
         Ok(number)
     }
-    /// Registers a waiting thread; returns its number.
+    /// Registers a waiting thread, and returns the number assigned to it.
     pub(crate) fn wait(&self, wait: Wait) -> Result<u64> {
         let mut all = self.all()?;
         all.asked += 1;
@@ -270,18 +280,18 @@ impl Node {
         all.waits.insert(number, wait);
         Ok(number)
     }
-    /// Returns whether a script or a client offers a service.
+    /// Returns whether a script, a client or the service `rosbridge` itself offers a service.
     pub(crate) fn has_service(&self, world: &World<'_>, name: &str) -> Result<bool> {
         Ok(self.all()?.offered.services.contains(name)
             || !self.alive(world, Role::Server, name)?.is_empty()
             || rosapi::is_own(name) && world.is_wanted(REQUEST))
     }
-    /// Stores an answer to a call.
+    /// Stores the answer to a call, as JSON. `good` is whether the call succeeded.
     pub(crate) fn answered(&self, number: u64, json: String, good: bool) -> Result {
         self.all()?.answers.insert(number, (json, good));
         Ok(())
     }
-    /// Removes and returns the handle that made a call, and the answer, if it has arrived.
+    /// Returns the handle of the client that made a call, and the answer if it has arrived, which is removed.
     pub(crate) fn take(&self, number: u64) -> Result<(i64, Option<(String, bool)>)> {
         let mut all = self.all()?;
         let client = all.waiting.get(&number).copied().unwrap_or(0);
@@ -294,7 +304,7 @@ impl Node {
 }
 
 impl Endpoint {
-    /// Calls callback `n` of the endpoint; if there is none, returns no results.
+    /// Calls the callback with index `n`, and returns its results. Returns no results if there is no such callback.
     pub(crate) fn call(&self, c: &mut Ctx<'_>, n: usize, arguments: &[Value]) -> Result<Vec<Value>> {
         let Some(callback) = self.callbacks.get(n).filter(|f| !f.is_none()) else { return Ok(Vec::new()) };
         match callback.function {
@@ -302,18 +312,20 @@ impl Endpoint {
             None => c.world().call_function(self.script, &callback.name, arguments),
         }
     }
-    /// Converts a message to the form that the script gets.
+    /// Converts a message to the form that the script receives.
     pub(crate) fn given(&self, message: Value) -> Value {
         for_script(message, self.bytes_as_text)
     }
-    /// Creates an endpoint, which is not open yet.
+    /// Creates an endpoint without opening it.
     pub(crate) fn new(role: Role, name: &str, kind: &str, ros: Ros, callbacks: Vec<Callback>) -> Result<Endpoint> {
         if name.is_empty() || kind.is_empty() {
-            return Err(Fail::argument("expected a name and a type, such as '/cmd_vel', 'geometry_msgs/Twist'"));
+            return Err(Fail::argument(
+                "the name or the type is empty: expected, for example, '/cmd_vel' and 'geometry_msgs/Twist'",
+            ));
         }
         Ok(Endpoint {
             role,
-            // ROS names are relative to the root.
+            // Names without a leading slash are relative to the root namespace.
             name: format!("/{}", name.trim_start_matches('/')),
             kind: types::plain(kind),
             two: ros == Ros::Two,
@@ -325,7 +337,7 @@ impl Endpoint {
     }
 }
 
-/// Converts arrays of bytes to the form that a script gets: a string, or a table of numbers.
+/// Converts arrays of bytes to the form that a script receives: a string, or a table of integers.
 fn for_script(value: Value, as_text: bool) -> Value {
     match value {
         Value::Bytes(b) if as_text => Value::Text(b),
@@ -336,6 +348,7 @@ fn for_script(value: Value, as_text: bool) -> Value {
     }
 }
 
+/// Announces to the service that an endpoint was opened or closed.
 fn tell(world: &World<'_>, of: &Endpoint, open: bool) -> Result {
     let payload = keys([
         ("role", Value::text(of.role.name())),

@@ -1,4 +1,4 @@
-//! Commands for parameters that the scripts of a world share.
+//! Commands for ROS parameters, which the scripts of a world share.
 
 use tatu_plugin_api::safe::{Offer, Param};
 
@@ -7,6 +7,7 @@ use crate::{
     scripts::{add, words},
 };
 
+/// Adds the commands.
 pub(crate) fn params(offer: &mut Offer<Plugin>) {
     for kind in ["String", "Int", "Double", "Bool"] {
         add(
@@ -67,7 +68,7 @@ pub(crate) fn params(offer: &mut Offer<Plugin>) {
             let module = words(ros, "simROS", "simROS2");
             cmd.param(Param::string("name"))
                 .returns(Param::bool("exists"))
-                .text("Returns whether a script set a parameter.")
+                .text("Returns whether a script has set a parameter.")
                 .example(format!("assert(not {module}.hasParam('nowhere'))"))
         },
     );

@@ -1,4 +1,4 @@
-//! Clients and their subscriptions.
+//! The state of clients and their subscriptions, and serialization of messages of topics.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -18,33 +18,37 @@ use crate::{
     types::Ros,
 };
 
-/// Maximum size of messages queued for a client, bytes; above it, messages of topics are skipped, because the client
-/// reads too slowly.
+/// Maximum total size of the messages queued for a client, bytes. If there are more, the client reads too slowly, and
+/// messages of topics are skipped.
 const MOST_LATE: usize = 8 << 20;
 
-/// A subscription.
+/// A client's subscription to a topic.
 pub struct Subscription {
+    /// The options that the client has requested.
     pub wish: Wish,
-    /// The version, ROS 1 or ROS 2, whose names and times the messages use.
+    /// The version of ROS that determines the field names and times in messages.
     pub ros: Ros,
+    /// Time of the last message.
     last: Option<Instant>,
 }
 
 impl Subscription {
+    /// Returns whether the requested interval since the last message has passed.
     fn is_due(&self, now: Instant) -> bool {
         let pause = Duration::from_secs_f64((self.wish.throttle_ms / 1e3).clamp(0.0, 3600.0));
         self.last.is_none_or(|last| now.duration_since(last) >= pause)
     }
 }
 
-/// A client.
+/// The state of a client.
 pub struct Peer {
+    /// The connection.
     pub client: Client,
-    /// Subscriptions by topic.
+    /// The client's subscriptions, by topic.
     pub listens: BTreeMap<String, Vec<Subscription>>,
-    /// Topics that the client publishes.
+    /// Topics that the client has advertised.
     pub publishes: BTreeSet<String>,
-    /// Incomplete messages.
+    /// Fragments of incomplete messages from the client.
     pub fragments: Fragments,
     /// Whether errors are reported to the client.
     pub told: bool,
@@ -53,7 +57,7 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Creates a client that has just connected.
+    /// Creates the state of a new client.
     pub fn new(client: Client) -> Self {
         Peer {
             client,
@@ -64,11 +68,11 @@ impl Peer {
             sent: 0,
         }
     }
-    /// Queues a message that must be delivered.
+    /// Queues a message for the client, which is never skipped.
     pub fn send(&self, message: &Json) {
         self.client.out.send(Message::Text(message.to_string().into()));
     }
-    /// Reports an error to the client.
+    /// Reports an error to the client, unless it has switched reports off. `id` is that of the failed request.
     pub fn status(&self, id: Option<&str>, text: &str) {
         if self.told {
             let mut message = json!({ "op": "status", "level": "error", "msg": text });
@@ -78,13 +82,13 @@ impl Peer {
             self.send(&message);
         }
     }
-    /// Adds a subscription; if its id exists already, changes the options.
+    /// Adds a subscription. It replaces one with the same id.
     pub fn subscribe(&mut self, topic: String, wish: Wish, ros: Ros) {
         let all = self.listens.entry(topic).or_default();
         all.retain(|s| s.wish.id.is_none() || s.wish.id != wish.id);
         all.push(Subscription { wish, ros, last: None });
     }
-    /// Ends a subscription, or all of a topic if `id` is `None`.
+    /// Removes the subscription with an id, or all subscriptions of the topic if `id` is `None`.
     pub fn unsubscribe(&mut self, topic: &str, id: Option<&str>) {
         if let Some(all) = self.listens.get_mut(topic) {
             all.retain(|s| id.is_some() && s.wish.id.as_deref() != id);
@@ -93,16 +97,17 @@ impl Peer {
             }
         }
     }
-    /// Returns the topics with a subscription for which a message is due.
+    /// Returns the topics for which at least one subscription is due to receive a message.
     pub fn wants(&self, now: Instant) -> impl Iterator<Item = &str> {
         self.listens.keys().map(String::as_str).filter(move |topic| self.due(topic, now).next().is_some())
     }
-    /// Returns the subscriptions for which a message is due: index, version of ROS, and whether CBOR is requested.
+    /// Returns the subscriptions of a topic for which a message is due: the index, the version of ROS, and whether the
+    /// client has requested CBOR.
     pub fn due(&self, topic: &str, now: Instant) -> impl Iterator<Item = (usize, Ros, bool)> {
         let all = self.listens.get(topic).filter(|_| self.client.out.bytes() <= MOST_LATE);
         all.into_iter().flatten().enumerate().filter(move |(_, s)| s.is_due(now)).map(|(i, s)| (i, s.ros, s.wish.cbor))
     }
-    /// Sends a message of a topic to one of its subscriptions.
+    /// Queues a message of a topic for the subscription with index `n`.
     pub fn publish(&mut self, topic: &str, n: usize, written: &Written, now: Instant) {
         let Some(subscription) = self.listens.get_mut(topic).and_then(|all| all.get_mut(n)) else { return };
         subscription.last = Some(now);
@@ -129,7 +134,7 @@ pub enum Written {
 }
 
 impl Written {
-    /// Serializes a message.
+    /// Serializes a message of a topic.
     pub fn new(topic: &str, node: &Node, cbor: bool) -> Written {
         if !cbor {
             return Written::Text(json!({ "op": "publish", "topic": topic, "msg": node.json() }).to_string().into());

@@ -1,8 +1,9 @@
-//! Converts image messages to the form that scripts get.
+//! Converts image messages to the form that scripts receive.
 
 use tatu_plugin_api::safe::{Fail, Result, Value};
 
-/// Returns an image as scripts get it: red, green, blue of each pixel, the lowest row first; width; height.
+/// Returns the data, width and height of an image for scripts. The data are red, green and blue of each pixel, the
+/// bottom row first.
 pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
     let field = |key: &str| match message {
         Value::Map(entries) => entries.iter().find(|(k, _)| *k == Value::text(key)).map(|(_, v)| v),
@@ -17,7 +18,7 @@ pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
         Some(Value::Text(text)) => String::from_utf8_lossy(text).into_owned(),
         _ => String::new(),
     };
-    // Bytes per pixel, and the indices of red, green and blue.
+    // The number of bytes per pixel, and the indices of red, green and blue within a pixel.
     let (bytes, colors) = match encoding.as_str() {
         "rgb8" => (3, [0, 1, 2]),
         "bgr8" => (3, [2, 1, 0]),
@@ -39,11 +40,12 @@ pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
         Some(Value::Bytes(data)) => data,
         _ => &[],
     };
-    // All rows but the last have the length `step`.
+    // All rows have the length `step`, except the last, which may lack padding.
     let needed = if height == 0 { 0 } else { step.saturating_mul(height - 1).saturating_add(row) };
     if step < row || data.len() < needed || width == 0 && height > 0 {
         return Err(Fail::argument(format!(
-            "an image of {width} x {height} pixels in {encoding}, {step} bytes a row, has {} bytes",
+            "invalid image of {width} x {height} pixels in {encoding} with {step} bytes a row: expected at least {needed} bytes, \
+             found {} bytes",
             data.len()
         )));
     }

@@ -1,10 +1,10 @@
-//! The plugin, and its interned property keys.
+//! The state of the plugin: interned keys of properties and of fields of readings.
 
 use tatu_plugin_api::safe::{Call, Host, Prop};
 
 macro_rules! props {
     ($($name:ident: $key:literal,)*) => {
-        /// Interned property keys.
+        /// Interned keys of properties and of fields of readings.
         #[derive(Clone, Copy)]
         pub(crate) struct Props { pub(crate) wheels: tatu_robots_drivetrain::Props, $(pub(crate) $name: Prop,)* }
         impl Props {
@@ -66,7 +66,7 @@ props! {
 /// A call of one of this plugin's commands.
 pub(crate) type Ctx<'a> = Call<'a, Ros>;
 
-/// The plugin.
+/// The plugin, which offers the service `rosbridge` and the commands `simROS` and `simROS2`.
 pub struct Ros {
     pub(crate) p: Props,
 }

@@ -1,25 +1,25 @@
-//! Poses as arrays (position x y z in m, quaternion x y z w), and as fields of messages.
+//! Calculates with poses, and converts them to ROS messages.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use tatu_plugin_api::safe::{Value, keys};
 
-/// Position and quaternion.
+/// A position (m) and a quaternion (x y z w).
 pub type Pose = [f64; 7];
 
-/// The identity.
+/// The identity pose.
 pub const HERE: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-/// Rotation from a sensor's frame (+z ahead, +y up, +x left) to the usual frame of ROS: x ahead, y left, z up.
+/// The standard ROS frame (x ahead, y left, z up) in the frame of a sensor (+z ahead, +y up, +x left).
 pub const AHEAD: Pose = [0.0, 0.0, 0.0, -0.5, -0.5, -0.5, 0.5];
-/// Rotation from a sensor's frame to the optical frame of ROS: z ahead, x right, y down.
+/// The optical frame of ROS (z ahead, x right, y down) in the frame of a sensor.
 pub const OPTICAL: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
-/// Returns a pose on the floor.
+/// Returns a pose on the floor from its coordinates, m, and heading, rad.
 pub fn planar(x: f64, y: f64, heading: f64) -> Pose {
     let (s, c) = libm::sincos(heading / 2.0);
     [x, y, 0.0, 0.0, 0.0, s, c]
 }
 
-/// Projects a pose onto the floor: its position in the plane, and the heading of its x axis.
+/// Projects a pose onto the floor. The result has the same x, y and heading of the x axis.
 pub fn flat(at: &Pose) -> Pose {
     let ahead = isometry(*at).rotation * nalgebra::Vector3::x();
     planar(at[0], at[1], libm::atan2(ahead.y, ahead.x))
@@ -30,12 +30,13 @@ fn isometry([x, y, z, a, b, c, w]: Pose) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_quaternion(Quaternion::new(w, a, b, c)))
 }
 
+/// Converts an isometry to a pose.
 fn numbers(at: &Isometry3<f64>) -> Pose {
     let (p, q) = (at.translation.vector, at.rotation.coords);
     [p.x, p.y, p.z, q.x, q.y, q.z, q.w]
 }
 
-/// Composes poses: `b` is relative to the frame `a`.
+/// Composes two poses, where `b` is relative to `a`.
 pub fn then(a: &Pose, b: &Pose) -> Pose {
     numbers(&(isometry(*a) * isometry(*b)))
 }

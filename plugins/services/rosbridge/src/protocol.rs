@@ -1,62 +1,63 @@
-//! Requests of clients in the rosbridge protocol, version 2: each message is a JSON object with an operation in `op`.
+//! Parses requests from clients in version 2 of the rosbridge protocol. Each message is a JSON object with an operation
+//! in `op`.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result};
 
-/// Maximum size of a client's incomplete messages, bytes.
+/// Maximum total size of the fragments of a client's incomplete messages, bytes.
 const MOST_FRAGMENTS: usize = 64 << 20;
 
-/// A request of a client.
+/// A request from a client.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ask {
-    /// Announces that the client will publish.
+    /// Announces that the client will publish a topic.
     Advertise { topic: String, kind: String },
-    /// Announces that the client will not publish any more.
+    /// Announces that the client will no longer publish a topic.
     Unadvertise { topic: String },
-    /// Publishes a message.
+    /// Publishes a message on a topic.
     Publish { topic: String, msg: Json },
-    /// Subscribes to a topic.
+    /// Subscribes to a topic; `kind` is the message type, or empty.
     Subscribe { topic: String, kind: String, wish: Wish },
-    /// Ends the subscription with this id, or all of them.
+    /// Ends the subscription with an id, or all subscriptions of the topic if it has none.
     Unsubscribe { topic: String, id: Option<String> },
-    /// Calls a service.
+    /// Calls a service that a client, a script or this server offers.
     Call { service: String, args: Json },
     /// Offers a service.
     Serve { service: String, kind: String },
-    /// Withdraws a service.
+    /// Announces that the client no longer offers a service.
     Unserve { service: String },
-    /// Answers a call.
+    /// Answers a call of a service that the client offers.
     Answer { id: String, values: Json, good: bool },
     /// Offers an action.
     OfferAction { action: String, kind: String },
-    /// Withdraws an action.
+    /// Announces that the client no longer offers an action.
     WithdrawAction { action: String },
-    /// Sends a goal; the whole message is forwarded.
+    /// Sends a goal. `whole` is the complete message, which is forwarded to the server of the action.
     Goal { action: String, whole: Json },
-    /// Cancels a goal.
+    /// Requests that a goal be cancelled, by the id that the client has assigned to it.
     Cancel { id: String },
-    /// Reports feedback on a goal, or, with a status, its result.
+    /// Reports feedback on a goal, or its result if it has a status.
     Progress { id: String, values: Json, status: Option<i64>, good: bool },
-    /// Sets which errors are reported to the client.
+    /// Sets the level of reports: "none" switches reports of errors off.
     Level(String),
 }
 
 /// Options of a subscription.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wish {
-    /// Id by which the client ends the subscription.
+    /// Id of the subscription, by which the client may end it.
     pub id: Option<String>,
     /// Minimum interval between two messages, ms.
     pub throttle_ms: f64,
-    /// Whether messages are encoded as CBOR, in binary frames.
+    /// Whether messages are encoded as CBOR instead of JSON.
     pub cbor: bool,
-    /// Maximum size of a message, bytes; longer ones are split into fragments. 0: messages are never split.
+    /// Maximum size of a message, bytes. Larger messages are split into fragments. 0: messages are never split.
     pub fragment: usize,
 }
 
-/// Reads a message: its id, and the request.
+/// Parses a message. Returns its id and the request.
 pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
     let text = |key: &str| -> Result<String> {
         message
@@ -69,8 +70,13 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
     let any = |key: &str| message.get(key).cloned().unwrap_or_else(|| json!({}));
     let id = message.get("id").and_then(Json::as_str).map(str::to_owned);
     let op = text("op")?;
-    let known =
-        || id.clone().ok_or_else(|| Fail::argument(format!("`{op}` needs the `id` of the message that it answers")));
+    let known = || {
+        id.clone().ok_or_else(|| {
+            Fail::argument(format!(
+                "a message with the operation `{op}` requires the `id` of the message that it answers"
+            ))
+        })
+    };
     let ask = match op.as_str() {
         "advertise" => Ask::Advertise { topic: text("topic")?, kind: text("type")? },
         "unadvertise" => Ask::Unadvertise { topic: text("topic")? },
@@ -83,7 +89,7 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
             let wish = Wish {
                 id: id.clone(),
                 throttle_ms: message.get("throttle_rate").and_then(Json::as_f64).unwrap_or(0.0),
-                // Clients that request `png` accept uncompressed messages too.
+                // Clients that request `png` also accept uncompressed messages.
                 cbor: compression == "cbor",
                 fragment: message.get("fragment_size").and_then(Json::as_u64).unwrap_or(0) as usize,
             };
@@ -104,7 +110,7 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
         "action_feedback" => Ask::Progress { id: known()?, values: any("values"), status: None, good: true },
         "action_result" => {
             let good = message.get("result").and_then(Json::as_bool).unwrap_or(true);
-            // For a result without a status, `result` says whether the goal succeeded.
+            // If there is no status, `result` determines whether the goal has succeeded (4) or was aborted (6).
             let status = message.get("status").and_then(Json::as_i64).unwrap_or(if good { 4 } else { 6 });
             Ask::Progress { id: known()?, values: any("values"), status: Some(status.max(0)), good }
         }
@@ -114,7 +120,7 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
     Ok((id, ask))
 }
 
-/// Splits a message into fragments of `bytes` bytes.
+/// Splits a message into fragment messages with at most `bytes` bytes of data, but at least 4.
 pub fn fragments(text: &str, bytes: usize, id: &str) -> Vec<String> {
     let mut parts = Vec::new();
     let mut rest = text;
@@ -134,15 +140,17 @@ pub fn fragments(text: &str, bytes: usize, id: &str) -> Vec<String> {
     parts.iter().enumerate().map(one).collect()
 }
 
-/// Incomplete messages of a client.
+/// The fragments of incomplete messages from a client.
 #[derive(Default)]
 pub struct Fragments {
+    /// The data of fragments by their number, by the id of the message.
     parts: BTreeMap<String, BTreeMap<u64, String>>,
+    /// Total size of the data, bytes.
     bytes: usize,
 }
 
 impl Fragments {
-    /// Adds a fragment; returns the message once it is complete.
+    /// Adds a fragment. Returns the complete message if this was its last missing fragment.
     pub fn take(&mut self, message: &Json) -> Result<Option<Json>> {
         let id = message.get("id").and_then(Json::as_str).unwrap_or("").to_owned();
         let number = |key: &str| message.get(key).and_then(Json::as_u64);
@@ -155,7 +163,7 @@ impl Fragments {
         if self.bytes > MOST_FRAGMENTS {
             *self = Fragments::default();
             return Err(Fail::argument(format!(
-                "incomplete messages exceed {MOST_FRAGMENTS} bytes: all fragments are dropped"
+                "the fragments of incomplete messages exceed {MOST_FRAGMENTS} bytes, so all of them are dropped"
             )));
         }
         let parts = self.parts.entry(id.clone()).or_default();

@@ -1,5 +1,5 @@
-//! Topics, services and actions that clients and scripts offer each other. Calls and goals are forwarded to the server
-//! under an id of the relay's own, and the answers are forwarded back to the caller.
+//! Tracks the topics, services and actions that clients and scripts offer. Calls and goals are forwarded to the server
+//! with a new id, and the answers are forwarded to the caller with the original id.
 
 use std::collections::BTreeMap;
 
@@ -9,39 +9,39 @@ use crate::{peers::Peer, types::Ros};
 
 /// A pending call or goal.
 struct Waiting {
-    /// The client that made the call.
+    /// Number of the client that sent the call or goal.
     asker: u64,
-    /// The client's id for it.
+    /// The id that this client has assigned to it.
     id: Option<String>,
-    /// The service or action.
+    /// Name of the service or action.
     of: String,
-    /// The client that serves it.
+    /// Number of the client that executes it.
     server: u64,
-    /// Whether feedback on a goal is requested.
+    /// Whether the client has requested feedback on the goal.
     feedback: bool,
 }
 
-/// A report on a script's goal.
+/// Feedback on a goal of a script, or its result.
 pub struct Report {
-    /// The goal's id.
+    /// The id of the goal.
     pub id: String,
-    /// Status as in `action_msgs/GoalStatus`, or `None` if the goal is not finished.
+    /// The final status, as in `action_msgs/GoalStatus`; `None` for feedback.
     pub status: Option<i64>,
-    /// Feedback, or the result.
+    /// The feedback or the result.
     pub values: Json,
 }
 
-/// Goals of scripts for clients, which wait for the next barrier.
+/// Goals of scripts, and requests to cancel them, that will be forwarded to clients at the next barrier.
 #[derive(Default)]
 pub struct GoalsOfScripts {
-    /// Goals: id, action, and the message for the action's server.
+    /// Goals: the id, the action, and the message for the server of the action.
     pub given: Vec<(String, String, Json)>,
-    /// Ids of goals to cancel.
+    /// Ids of the goals to be cancelled.
     pub taken_back: Vec<String>,
 }
 
 impl GoalsOfScripts {
-    /// Adds a goal of a script.
+    /// Adds a goal of a script; `plain` is the type of the action by its name in ROS 1.
     pub fn give(&mut self, id: String, action: String, plain: &str, args: Json) {
         let kind = Ros::Two.name(plain).replace("/msg/", "/action/");
         let message = json!({
@@ -51,37 +51,41 @@ impl GoalsOfScripts {
     }
 }
 
-/// Statuses in `action_msgs/GoalStatus` of goals that end without a result: unknown, aborted.
+/// Status in `action_msgs/GoalStatus`: unknown, used for goals that were rejected or lost.
 pub const UNKNOWN: i64 = 0;
+/// Status in `action_msgs/GoalStatus`: aborted.
 pub const ABORTED: i64 = 6;
 
-/// Everything offered by clients and scripts, and all pending calls and goals.
+/// The topics, services and actions of clients and scripts, and all pending calls and goals.
 #[derive(Default)]
 pub struct Relay {
-    /// Types of topics that clients publish, by their names in ROS 1.
+    /// Types (by their names in ROS 1) of topics that clients publish, by topic.
     pub topics: BTreeMap<String, String>,
-    /// Server and type of each service.
+    /// The number of the server and the type of each service, by name.
     pub services: BTreeMap<String, (u64, String)>,
-    /// Types of topics that scripts publish or listen to.
+    /// Types of topics that scripts publish or subscribe to, by topic.
     pub of_scripts: BTreeMap<String, String>,
-    /// Answers for scripts: the number of the call, its values, and whether it succeeded.
+    /// Answers to calls of scripts: the number of the call, the values, and whether the call succeeded.
     pub answers: Vec<(String, Json, bool)>,
-    /// Reports on goals of scripts.
+    /// Feedback and results for goals of scripts.
     pub reports: Vec<Report>,
-    /// Server and type of each action.
+    /// The number of the server and the type of each action, by name.
     pub actions: BTreeMap<String, (u64, String)>,
+    /// Pending calls, by the id that the relay has assigned.
     calls: BTreeMap<String, Waiting>,
+    /// Pending goals, by the id that the relay has assigned.
     goals: BTreeMap<String, Waiting>,
+    /// Number of assigned ids.
     count: u64,
 }
 
-/// The number that stands for all scripts, as caller or server; clients are numbered from 1.
+/// The number that represents all scripts as caller or server. Clients have numbers from 1.
 pub const SCRIPTS: u64 = 0;
 
 /// All clients, by number.
 pub type Peers = BTreeMap<u64, Peer>;
 
-/// Builds the answer to a call.
+/// Builds the answer to a service call.
 pub fn answer(id: Option<&str>, service: &str, values: &Json, good: bool) -> Json {
     let mut out = json!({ "op": "service_response", "service": service, "values": values, "result": good });
     if let Some(id) = id {
@@ -91,17 +95,18 @@ pub fn answer(id: Option<&str>, service: &str, values: &Json, good: bool) -> Jso
 }
 
 impl Relay {
+    /// Assigns a new id to a call or goal.
     fn number(&mut self, what: &str) -> String {
         self.count += 1;
         format!("{what}:{}", self.count)
     }
 
-    /// Withdraws an action of a client.
+    /// Removes an action if it is offered by the client with number `peer`, or by scripts.
     pub fn withdraw_action(&mut self, action: &str, peer: u64) {
         self.actions.retain(|a, (p, _)| a != action || *p != peer);
     }
 
-    /// Forwards a call to the client that serves it; returns false if there is none.
+    /// Forwards a call to the client that offers the service. Returns false if there is none.
     pub fn call(&mut self, peers: &Peers, asker: u64, id: Option<String>, service: &str, args: &Json) -> bool {
         let Some((server, _)) = self.services.get(service).cloned() else { return false };
         let Some(peer) = peers.get(&server) else { return false };
@@ -111,7 +116,7 @@ impl Relay {
         true
     }
 
-    /// Forwards an answer to the caller.
+    /// Forwards the answer of a server to the caller.
     pub fn answered(&mut self, peers: &Peers, server: u64, id: &str, values: &Json, good: bool) {
         if self.calls.get(id).is_some_and(|w| w.server == server)
             && let Some(waiting) = self.calls.remove(id)
@@ -120,7 +125,7 @@ impl Relay {
         }
     }
 
-    /// Sends an answer to the caller.
+    /// Sends the answer to a pending call to its caller.
     fn give(&mut self, peers: &Peers, to: &Waiting, values: &Json, good: bool) {
         if to.asker == SCRIPTS {
             self.answers.extend(to.id.clone().map(|id| (id, values.clone(), good)));
@@ -129,7 +134,7 @@ impl Relay {
         }
     }
 
-    /// Removes everything that scripts offered, after they have ended.
+    /// Removes everything that scripts have offered or requested, after the simulation has stopped.
     pub fn scripts_gone(&mut self, peers: &Peers) {
         self.services.retain(|_, (server, _)| *server != SCRIPTS);
         self.actions.retain(|_, (server, _)| *server != SCRIPTS);
@@ -140,14 +145,14 @@ impl Relay {
         self.calls.retain(|_, w| w.asker != SCRIPTS);
     }
 
-    /// Records a goal; returns the relay's id for it.
+    /// Records a goal, and returns the id that the relay has assigned to it.
     pub fn note_goal(&mut self, asker: u64, id: Option<String>, action: &str, server: u64, feedback: bool) -> String {
         let own = self.number("goal");
         self.goals.insert(own.clone(), Waiting { asker, id, of: action.to_owned(), server, feedback });
         own
     }
 
-    /// Forwards a goal to the client that serves its action; returns false if there is none.
+    /// Forwards a goal to the client that offers the action. Returns false if there is none.
     pub fn goal(&mut self, peers: &Peers, asker: u64, id: Option<String>, action: &str, mut whole: Json) -> bool {
         let Some((server, _)) = self.actions.get(action).cloned() else { return false };
         let Some(peer) = peers.get(&server) else { return false };
@@ -157,7 +162,7 @@ impl Relay {
         true
     }
 
-    /// Forwards feedback to the sender of a goal, or its result if `status` is given.
+    /// Forwards feedback on a goal to its sender, or its result if `status` is given.
     pub fn progress(&mut self, peers: &Peers, server: u64, own: &str, status: Option<i64>, values: Json, good: bool) {
         let Some(waiting) = self.goals.get(own).filter(|w| w.server == server) else { return };
         if waiting.asker == SCRIPTS {
@@ -181,7 +186,8 @@ impl Relay {
         }
     }
 
-    /// Forwards a request to cancel a goal; returns the relay's id if a script serves the goal.
+    /// Forwards a request to cancel a goal to the client that executes it. If a script executes it, returns the id that
+    /// the relay has assigned to the goal instead.
     pub fn cancel(&mut self, peers: &Peers, asker: u64, id: &str) -> Option<String> {
         let (own, waiting) = self.goals.iter().find(|(_, w)| w.asker == asker && w.id.as_deref() == Some(id))?;
         if waiting.server == SCRIPTS {
@@ -193,7 +199,7 @@ impl Relay {
         None
     }
 
-    /// Ends all goals of a server that has disconnected, and drops those that it sent.
+    /// Aborts all goals that `of` executes, and drops those that it has sent.
     fn end_goals(&mut self, peers: &Peers, of: u64, why: &Json) {
         self.goals.retain(|_, w| w.asker != of);
         let over: Vec<String> = self.goals.iter().filter(|(_, w)| w.server == of).map(|(own, _)| own.clone()).collect();
@@ -202,11 +208,12 @@ impl Relay {
         }
     }
 
-    /// Removes a client that has disconnected: callers waiting for it get an error, and its own requests are dropped.
+    /// Removes a client that has disconnected. Callers that wait for its answers receive an error; its own requests are
+    /// dropped.
     pub fn gone(&mut self, peers: &Peers, peer: u64) {
         self.services.retain(|_, (server, _)| *server != peer);
         self.actions.retain(|_, (server, _)| *server != peer);
-        let lost = json!("its server has disconnected");
+        let lost = json!("the client that offers it has disconnected");
         let calls = std::mem::take(&mut self.calls);
         for (own, waiting) in calls {
             if waiting.server == peer {
@@ -219,7 +226,7 @@ impl Relay {
         self.forget(peers);
     }
 
-    /// Removes topics that no client publishes any more.
+    /// Removes topics that no client publishes.
     pub fn forget(&mut self, peers: &Peers) {
         self.topics.retain(|topic, _| peers.values().any(|p| p.publishes.contains(topic)));
     }

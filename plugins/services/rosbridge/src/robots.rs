@@ -1,4 +1,4 @@
-//! Robots and sensors of a scene, under names that are valid in ROS, and wheel odometry.
+//! Finds the robots and sensors of a scene, assigns names that are valid in ROS, and computes wheel odometry.
 
 use std::collections::BTreeMap;
 
@@ -14,32 +14,33 @@ use crate::{
     poses::{Pose, planar},
 };
 
-/// A robot: an object with a drive, or a model base, that has sensors or joints below it.
+/// A robot: an object with a drivetrain, or the base of a model with sensors or joints below it.
 pub struct Robot {
-    /// The base object.
+    /// The id of the base object.
     pub base: tatu_object,
-    /// Name of the robot.
+    /// Name of the robot, unique within the scene.
     pub name: String,
     /// Prefix of the robot's frames; empty if it is the only robot.
     pub prefix: String,
-    /// The drivetrain, if the robot has wheels.
+    /// The drivetrain, if the robot declares one.
     pub train: Option<Drivetrain>,
-    /// Joints and their names.
+    /// Joints of the robot and their names, without spherical joints.
     pub joints: Vec<(tatu_object, String)>,
-    /// Wheel odometry.
+    /// The state of the wheel odometry.
     pub odometry: Odometry,
-    /// Time at which the robot's last velocity command expires, s; `None` if there is none.
+    /// Simulation time at which the last velocity command expires, s; `None` if the robot need not be stopped.
     pub until: Option<f64>,
 }
 
-/// The pose and velocity of a robot since the start, as computed from its wheels. It drifts from the true pose.
+/// The pose of a robot relative to its start, and its velocity, computed from the motion of its wheels. The pose drifts
+/// from the true one.
 #[derive(Debug, Clone, Default)]
 pub struct Odometry {
-    /// Position of the middle of the axle, ahead and to the left of the start, m, and heading, rad.
+    /// Position of the middle of the axle ahead and to the left of its start, m, and heading, rad.
     pub place: [f64; 3],
     /// Velocity ahead and to the left, m/s, and angular velocity, rad/s.
     pub velocity: [f64; 3],
-    /// The last state of the joints, and its time.
+    /// The last state of the joints, and its simulation time, s.
     before: Option<(f64, Stand)>,
 }
 
@@ -50,7 +51,7 @@ impl Odometry {
             && time > *then
         {
             let [dx, dy, turn] = train.motion(&now.turns_since(before, time - then), &now.steered);
-            // The robot moves along the chord of its arc.
+            // The motion along an arc is approximated by that along its chord.
             let heading = self.place[2] + turn / 2.0;
             let (s, c) = libm::sincos(heading);
             self.place[0] += c * dx - s * dy;
@@ -61,35 +62,35 @@ impl Odometry {
         self.before = Some((time, now));
     }
 
-    /// Returns the pose of the middle of the axle relative to its start.
+    /// Returns the pose of the middle of the axle relative to its start, on the floor.
     pub fn pose(&self) -> Pose {
         let [x, y, heading] = self.place;
         planar(x, y, heading)
     }
 }
 
-/// A sensor.
+/// A sensor of the scene.
 pub struct Sensor {
-    /// The sensor.
+    /// The object id of the sensor.
     pub id: tatu_object,
-    /// Name within the sensor's robot.
+    /// Name of the sensor, unique within its robot.
     pub name: String,
     /// The name of the sensor's frame.
     pub frame: String,
-    /// Index of the sensor's robot.
+    /// Index of the sensor's robot in `Scene::robots`, if it belongs to one.
     pub robot: Option<usize>,
     /// Whether the sensor is rigidly attached to its robot's base, or to the world.
     pub fixed: bool,
-    /// The axes of the sensor's frame.
+    /// The axes of the published frame.
     pub axes: Axes,
 }
 
-/// The axes of the frame that is published for a sensor. In the sensor's own frame, +z is ahead and +y is up.
+/// The axes of the frame that is published for a sensor. In the sensor's own frame, +z points ahead and +y points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axes {
-    /// x is ahead, z up.
+    /// x points ahead, and z up.
     Ahead,
-    /// The optical frame of a camera: z is ahead, y down.
+    /// The optical frame of a camera: z points ahead, and y down.
     Optical,
     /// The sensor's own frame, for sensors without a viewing direction.
     Own,
@@ -98,15 +99,15 @@ pub enum Axes {
 /// The robots and sensors of a scene.
 #[derive(Default)]
 pub struct Scene {
-    /// All objects at the time of the last update, to detect changes.
+    /// All objects when the scene was read, which are compared to detect changes.
     pub ids: Vec<tatu_object>,
-    /// Robots.
+    /// The robots.
     pub robots: Vec<Robot>,
-    /// Sensors.
+    /// The sensors, including those that do not belong to a robot.
     pub sensors: Vec<Sensor>,
 }
 
-/// Converts a name to one that is valid in ROS.
+/// Converts a name to one that is valid in ROS: other characters become `_`, and the first character is a letter.
 pub fn ros_name(name: &str) -> String {
     let mut out: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !out.starts_with(|c: char| c.is_ascii_alphabetic()) {
@@ -116,8 +117,8 @@ pub fn ros_name(name: &str) -> String {
 }
 
 impl Robot {
-    /// Returns the pose of `base_link` in the frame of the base object. The origin is the middle of the driven axle, if
-    /// there is one, about which the robot turns.
+    /// Returns the pose of `base_link` in the frame of the base object. Its origin is the middle of the driven axle,
+    /// about which the robot rotates, if the robot has a drivetrain.
     pub fn link(&self) -> Pose {
         let ahead = self.train.as_ref().map_or(0.0, |train| train.axle);
         [ahead, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
@@ -125,10 +126,11 @@ impl Robot {
 }
 
 impl Scene {
-    /// Finds the robots and sensors; the state of robots known before is kept.
+    /// Finds the robots and sensors among the objects `ids`. Robots that exist in `before` keep their odometry and
+    /// command.
     pub fn read(turn: &Turn<'_>, p: &Props, ids: Vec<tatu_object>, before: Scene) -> Result<Scene> {
         let mut scene = Scene { ids, ..Default::default() };
-        // Names are aliases, or unique names if an alias occurs several times in a robot.
+        // Names are aliases, or unique names if several joints and sensors of a robot have the same alias.
         let of = |id, prop| -> Result<String> {
             Ok(ros_name(&turn.get(id, prop)?.as_str().map(|s| s.into_owned()).unwrap_or_default()))
         };
@@ -139,7 +141,7 @@ impl Scene {
             if !drive && (above.is_some() || !turn.get(id, p.model_base)?.truthy()) {
                 continue;
             }
-            // If a joint is missing, the robot has no drive.
+            // If a joint of the drivetrain is missing, the robot is treated as one without a drivetrain.
             let train = if drive { Drivetrain::of(turn, &p.wheels, id).unwrap_or(None) } else { None };
             scene.robots.push(Robot {
                 base: id,
@@ -190,7 +192,7 @@ impl Scene {
                 *name = of(*id, p.name)?;
             }
         }
-        // Objects that neither move nor sense are not robots.
+        // Objects without a drivetrain, joints and sensors are not robots.
         let mut places = Vec::new();
         let mut kept = Vec::new();
         for (robot, has) in scene.robots.into_iter().zip(has) {
@@ -224,8 +226,8 @@ impl Scene {
     }
 }
 
-/// Returns whether an object is rigidly attached to the robot that it belongs to, or to the world: there is no joint
-/// and no other dynamic body between them.
+/// Returns whether an object is rigidly attached to the base of its robot, or to the world: there is neither a joint
+/// nor a dynamic shape between them.
 fn is_fixed(turn: &Turn<'_>, p: &Props, robots: &[Robot], of: tatu_object) -> Result<bool> {
     let mut id = turn.get(of, p.parent)?.as_object().unwrap_or(0);
     while id != 0 && !robots.iter().any(|r| r.base == id) {
@@ -242,7 +244,7 @@ fn is_fixed(turn: &Turn<'_>, p: &Props, robots: &[Robot], of: tatu_object) -> Re
     Ok(true)
 }
 
-/// Returns the robot that an object is, or belongs to.
+/// Returns the index of the robot that an object is the base of, or belongs to.
 fn robot_of(turn: &Turn<'_>, p: &Props, robots: &[Robot], of: tatu_object) -> Result<Option<usize>> {
     let mut id = of;
     while id != 0 {

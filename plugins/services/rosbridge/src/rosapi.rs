@@ -1,4 +1,5 @@
-//! The services of `/rosapi`, which list topics, services and parameters.
+//! The services of `/rosapi`, which list topics and services and access parameters, and those that control the
+//! simulation.
 
 use std::collections::BTreeMap;
 
@@ -10,25 +11,26 @@ use tatu_plugin_api::{
 
 use crate::types::{self, Many, Ros};
 
-/// The name of this service as a ROS node.
+/// The name under which this service appears as a ROS node.
 const NODE: &str = "/tatu";
 
 /// The topics and services that can be listed.
 pub struct Graph<'a> {
-    /// Types of topics, by their names in ROS 1.
+    /// Types (by their names in ROS 1) of all topics, by topic.
     pub topics: &'a BTreeMap<String, String>,
-    /// Topics that this service publishes, and those that it subscribes to.
+    /// Topics that this service publishes.
     pub publishes: &'a [String],
+    /// Topics that this service subscribes to.
     pub listens: &'a [String],
-    /// Types of services.
+    /// Types of all services, by service.
     pub services: &'a BTreeMap<String, String>,
     /// Simulation time, s.
     pub time: f64,
-    /// The version, ROS 1 or ROS 2, whose names types have.
+    /// The version of ROS that determines the names of types.
     pub ros: Ros,
 }
 
-/// The services and their types.
+/// The services of `/rosapi` and their types.
 pub const SERVICES: &[(&str, &str)] = &[
     ("/rosapi/topics", "rosapi/Topics"),
     ("/rosapi/topic_type", "rosapi/TopicType"),
@@ -48,21 +50,21 @@ pub const SERVICES: &[(&str, &str)] = &[
     ("/rosapi/get_param_names", "rosapi/GetParamNames"),
 ];
 
-/// Services that start and stop the simulation.
+/// The services that control the simulation, and the requests that they make.
 pub const CONTROL: &[(&str, u32)] = &[
     ("/simulation/start", TATU_REQUEST_START),
     ("/simulation/pause", TATU_REQUEST_PAUSE),
     ("/simulation/stop", TATU_REQUEST_STOP),
 ];
 
-/// Returns whether this server provides a service itself.
+/// Returns whether a service is one of those in this module.
 pub fn is_own(service: &str) -> bool {
     SERVICES.iter().any(|(s, _)| *s == service) || CONTROL.iter().any(|(s, _)| *s == service)
 }
 
-/// Answers a call of a service of `/rosapi`. Returns `None` if the service does not exist.
+/// Executes a service of `/rosapi` and returns its response. Returns `None` if there is no such service.
 pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str, args: &Json) -> Option<Result<Json>> {
-    // Arguments are passed by name, or in a list.
+    // Arguments are passed by name, or as an array.
     let arg =
         |name: &str, i: usize| args.get(name).or_else(|| args.get(i)).and_then(Json::as_str).unwrap_or("").to_owned();
     let named = |kind: &str| if kind.is_empty() { String::new() } else { g.ros.name(kind) };
@@ -91,7 +93,7 @@ pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str,
             let [a, b] = if g.ros == Ros::One { ["secs", "nsecs"] } else { ["sec", "nanosec"] };
             json!({ "time": { a: whole as i64, b: (part * 1e9) as i64 } })
         }
-        // As clients send them, values are strings that contain JSON.
+        // Values of parameters are stored as clients send them: as strings that contain JSON.
         "get_param" => {
             let fallback = arg("default", 1);
             json!({ "value": params.get(&param(params, arg("name", 0))).cloned().unwrap_or(fallback) })
@@ -110,15 +112,15 @@ pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str,
     }))
 }
 
-/// Returns the name under which a parameter is stored. `x`, `/x` and, for ROS 2 nodes, `/node:x` refer to the same
-/// parameter if it exists already.
+/// Returns the name under which a parameter is stored. The names `x`, `/x` and, as for ROS 2 nodes, `/node:x` refer to
+/// the same parameter if it exists.
 fn param(params: &BTreeMap<String, String>, name: String) -> String {
     let last = name.rsplit(':').next().unwrap_or("").trim_start_matches('/');
     let known = [name.clone(), last.to_owned(), format!("/{last}")];
     known.into_iter().find(|n| params.contains_key(n)).unwrap_or(name)
 }
 
-/// Returns the definition of a type and of the types it contains.
+/// Returns the definitions of a message type and of all types that it contains.
 fn details(name: &str, ros: Ros) -> Result<Json> {
     let first = types::plain(name);
     let mut ahead = vec![first.clone()];
@@ -128,7 +130,8 @@ fn details(name: &str, ros: Ros) -> Result<Json> {
         if seen.contains(&plain) {
             continue;
         }
-        let fields = types::fields(&plain).ok_or_else(|| Fail::missing(format!("unknown type `{plain}`")))?;
+        let fields = types::fields(&plain)
+            .ok_or_else(|| Fail::missing(format!("the message type `{plain}` is not supported")))?;
         let here: Vec<_> = fields.iter().filter(|f| ros.field(&plain, &f.name).is_some()).collect();
         let length = |many| match many {
             Many::One => -1,

@@ -1,4 +1,4 @@
-//! The commands `simROS` and `simROS2`, for scripts written for V-REP's interfaces to ROS.
+//! The commands `simROS` and `simROS2`, for scripts that were written for V-REP's interfaces to ROS.
 
 use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Command, Event, Fail, IntoResult, Offer, Outcome, Param, Result, Value};
@@ -11,28 +11,33 @@ use crate::{
 
 pub(crate) type Cmd = Command<Plugin>;
 
-/// Names of the commands that the service calls; scripts do not call them.
+// Names of commands that only the service calls.
+/// Passes a message of a client.
 pub(crate) const RECEIVE: &str = "rosbridge.receive";
+/// Passes a client's call of a service.
 pub(crate) const SERVE: &str = "rosbridge.serve";
+/// Passes a client's answer to a call of a script.
 pub(crate) const ANSWER: &str = "rosbridge.answer";
 
 const HANDLE: &str = "the handle that was returned when it was created";
 
+/// Parses argument `i`, which is JSON.
 pub(crate) fn parse(c: &Ctx<'_>, i: usize) -> Result<Json> {
-    serde_json::from_slice(c.bytes(i)?).map_err(|e| Fail::argument(format!("not valid JSON: {e}")))
+    serde_json::from_slice(c.bytes(i)?).map_err(|e| Fail::argument(format!("argument {}: not valid JSON: {e}", i + 1)))
 }
 
+/// Returns the parameter for the handle of an endpoint.
 pub(crate) fn handle() -> Param {
     Param::any("handle").text(HANDLE)
 }
 
-/// Opens an endpoint with the name in argument 0 and the type in argument 1.
+/// Opens an endpoint with the name in argument 0, the type in argument 1, and the callback in argument `callback`.
 fn open(c: &mut Ctx<'_>, role: Role, ros: Ros, callback: Option<usize>) -> Result {
     let callbacks = callback.map(|i| Callback::read(c, i)).transpose()?;
     open_with(c, role, ros, callbacks.into_iter().collect())
 }
 
-/// Like [`open`], with the callbacks given.
+/// Opens an endpoint with the name in argument 0, the type in argument 1, and the given callbacks.
 pub(crate) fn open_with(c: &mut Ctx<'_>, role: Role, ros: Ros, callbacks: Vec<Callback>) -> Result {
     let endpoint = Endpoint::new(role, &c.text(0)?, &c.text(1)?, ros, callbacks)?;
     let made = c.instance().open(&c.world(), c.caller_script(), endpoint)?;
@@ -40,14 +45,15 @@ pub(crate) fn open_with(c: &mut Ctx<'_>, role: Role, ros: Ros, callbacks: Vec<Ca
     Ok(())
 }
 
-/// Returns the answer of a service to its caller.
+/// Returns the response of a service as the result of the command.
 fn response(c: &mut Ctx<'_>, client: &Endpoint, json: &Json) -> Result<Outcome> {
     let value = convert::value(json, &format!("{}Response", client.kind), client.ros())?;
     c.ret(client.given(value));
     Ok(Outcome::Done)
 }
 
-/// Calls a service: at once if a script offers it; if a client does, only if the caller can wait.
+/// Calls a service. A service of a script is executed immediately; the answer of a client can be obtained only if the
+/// calling script can wait.
 fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
     if c.resumed() != 0 {
         let number = c.resumed();
@@ -71,7 +77,7 @@ fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
     }
     if !c.world().is_wanted(REQUEST) {
         let text = format!(
-            "no script offers the service {}; to reach services of clients, start the service `rosbridge`",
+            "no script offers the service {}: to call services of clients, start the service `rosbridge`",
             client.name
         );
         return Err(Fail::missing(text));
@@ -85,17 +91,19 @@ fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
     c.wait_poll(number)
 }
 
+/// Publishes transforms on `/tf`.
 fn transforms(c: &mut Ctx<'_>, ros: Ros, all: Vec<Value>) -> Result {
     let endpoint = Endpoint::new(Role::Publisher, "/tf", "tf2_msgs/TFMessage", ros, Vec::new())?;
     let message = Value::Map(vec![(Value::text("transforms"), Value::List(all))]);
     c.instance().publish(c, &endpoint, &message)
 }
 
+/// Returns a property of the scene that is a time, s.
 pub(crate) fn time(c: &Ctx<'_>, key: &str) -> Result<f64> {
     c.world().f64(0, c.world().host().prop(key))
 }
 
-/// Splits seconds into the fields of a ROS 2 time.
+/// Converts seconds to a table with the fields of a ROS 2 time.
 pub(crate) fn split(seconds: f64) -> Value {
     let (whole, part) = (seconds.floor(), seconds - seconds.floor());
     Value::Map(vec![
@@ -104,7 +112,7 @@ pub(crate) fn split(seconds: f64) -> Value {
     ])
 }
 
-/// Adds a command to both interfaces, whose names differ.
+/// Adds a command to both interfaces, under its name in `simROS` and that in `simROS2`. An empty name omits it.
 pub(crate) fn add<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     names: [&str; 2],
@@ -119,7 +127,7 @@ pub(crate) fn add<T: IntoResult + 'static>(
     }
 }
 
-/// Returns the example for one of the interfaces.
+/// Returns `one` for ROS 1 and `two` for ROS 2.
 pub(crate) fn words(ros: Ros, one: &str, two: &str) -> String {
     if ros == Ros::One { one.to_owned() } else { two.to_owned() }
 }
@@ -129,6 +137,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     services(offer);
 }
 
+/// Adds the commands for topics.
 fn topics(offer: &mut Offer<Plugin>) {
     let topic = || Param::string("topic");
     let kind = |ros: Ros| Param::string("type").text(ros.name("geometry_msgs/Twist"));
@@ -265,6 +274,7 @@ fn topics(offer: &mut Offer<Plugin>) {
     );
 }
 
+/// Adds the commands for services.
 fn services(offer: &mut Offer<Plugin>) {
     let kind = |ros| Param::string("type").text(words(ros, "std_srvs/SetBool", "std_srvs/srv/SetBool"));
     add(
@@ -323,7 +333,8 @@ fn services(offer: &mut Offer<Plugin>) {
     );
 }
 
-/// Adds commands by which the service calls scripts, so that the input log contains the calls.
+/// Adds the commands by which the service passes data to scripts, so that the input log contains it, and the events by
+/// which scripts pass data to the service.
 pub(crate) fn between(offer: &mut Offer<Plugin>) {
     let json = || Param::string("json").text("the message, as JSON");
     offer.command(

@@ -1,4 +1,5 @@
-//! The barrier: executes requests of clients, in order of connection; then publishes topics of the scene.
+//! The service `rosbridge`. At each barrier, it executes requests from clients in order of connection, then publishes
+//! topics of the scene.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -31,12 +32,12 @@ use crate::{
 const PORT: i64 = 9090;
 /// The ROS parameter that makes nodes read the time from `/clock`.
 const SIM_TIME: &str = "/use_sim_time";
-/// The last part of the names of parameters that contain robot descriptions.
+/// Last part of the names of the parameters that contain robot descriptions.
 const DESCRIPTION: &str = "robot_description";
-/// Maximum size of a message, bytes.
+/// Maximum size of a message from a client, bytes.
 const MOST_MESSAGE: usize = 64 << 20;
 
-/// The service.
+/// The service `rosbridge`.
 pub struct Rosbridge {
     p: Props,
     state: RefCell<State>,
@@ -45,25 +46,30 @@ pub struct Rosbridge {
 pub(crate) struct State {
     pub(crate) peers: Peers,
     pub(crate) relay: Relay,
+    /// Parameters, each as a string that contains JSON.
     pub(crate) params: BTreeMap<String, String>,
-    /// Names of the parameters that contain robot descriptions.
+    /// Names of the current parameters that contain robot descriptions.
     described: Vec<String>,
     pub(crate) scene: Scene,
+    /// Topics that the scene provides, by name.
     pub(crate) topics: BTreeMap<String, Topic>,
-    /// For each topic, the measurement count at which it was last published.
+    /// The number of measurements of the sensor when a topic was last published, by topic.
     pub(crate) told: BTreeMap<String, u64>,
-    /// Topics that scripts subscribe to.
+    /// Topics to which scripts have subscribed.
     pub(crate) heard: BTreeSet<String>,
-    /// Calls of scripts to services of clients: number, service, arguments.
+    /// Service calls of scripts that will be executed at the next barrier: the number of the call, the service, and the
+    /// arguments.
     pub(crate) requests: Vec<(u64, String, Json)>,
-    /// Goals that scripts send to clients.
+    /// Goals of scripts that will be forwarded to clients.
     pub(crate) of_scripts: GoalsOfScripts,
-    /// The offers of clients that were last reported to scripts; `None`: they must be reported again.
+    /// The names of services and actions of clients that were last passed to scripts; `None` if they must be passed
+    /// again.
     pub(crate) known: Option<Offered>,
-    /// The time for which the scene was last published.
+    /// The simulation time at which topics were last published, s.
     pub(crate) time: Option<f64>,
-    /// How long a velocity command is valid, s.
+    /// Simulation time for which a velocity command is valid, s; 0: without limit.
     pub(crate) patience: f64,
+    /// The version of ROS for subscriptions without a type.
     pub(crate) ros: Ros,
     pub(crate) listener: Listener,
 }
@@ -79,10 +85,10 @@ impl Service for Rosbridge {
             Param::int("port")
                 .range(0.0, 65535.0)
                 .default(PORT)
-                .text("port of 127.0.0.1 to listen on; 0: any free one"),
+                .text("port on 127.0.0.1 to listen on; 0: any free port"),
             Param::int("ros").range(1.0, 2.0).default(1).text(
-                "version of ROS whose type names and times are used if a subscription names no type; otherwise those \
-                 of its type are used",
+                "version of ROS that determines type names and times for subscriptions without a type; otherwise, the \
+                 form of the type name does",
             ),
             Param::float("timeout")
                 .unit("s")
@@ -90,12 +96,12 @@ impl Service for Rosbridge {
                 .default(0.5)
                 .text("simulation time after which a robot stops if it receives no further velocity command; 0: never"),
             Param::bool("token").default(false).text(
-                "whether clients must pass the token, which is printed at the start, in the address: \
-                 ws://127.0.0.1:9090/?token=...",
+                "whether clients must pass a token in the address, as in ws://127.0.0.1:9090/?token=...; the token is \
+                 printed at the start",
             ),
             Param::string("origins").default("").text(
-                "origins of other servers whose pages may connect, separated by spaces: http://localhost:8080. \
-                 Programs may always connect",
+                "further origins from which pages may connect, such as http://localhost:8080, separated by spaces. \
+                 Programs other than browsers may always connect",
             ),
         ]
     }
@@ -118,11 +124,12 @@ impl Service for Rosbridge {
         };
         let listener = Listener::open(settings).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
-                .help("choose another `port`; 0 means any free port")
+                .help("choose another `port`, or 0 for any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("rosbridge: listening on {}", listener.address));
         if token {
-            // Printed alone on a line, for programs to read; the token must not appear in logs.
+            // The address is printed alone on a line of stderr, so that programs can read it. It is not logged, because
+            // logs must not contain the token.
             eprintln!("ws://{}/?token={}", listener.address, listener.token);
         }
         let state = State {
@@ -189,7 +196,7 @@ impl Service for Rosbridge {
                 state.reported(&text("id"), status, serde_json::from_str(&text("json")).unwrap_or_default());
             }
             _ => {
-                // Odometry begins at the start of the run.
+                // The simulation was started or stopped. Odometry is relative to the start of the run.
                 state.scene = Scene::default();
                 state.told.clear();
                 state.time = None;
@@ -212,7 +219,7 @@ impl Rosbridge {
 }
 
 impl State {
-    /// Handles clients that have connected or disconnected.
+    /// Adds clients that have connected, and removes those that have disconnected.
     fn come(&mut self) {
         for client in self.listener.take_new() {
             self.peers.insert(client.number, Peer::new(client));
@@ -224,7 +231,7 @@ impl State {
         }
     }
 
-    /// Updates robots and sensors if the objects of the scene have changed.
+    /// Reads the robots and sensors again if objects have been added or removed.
     fn look(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let ids = turn.list(0, 0, 0)?;
         if ids != self.scene.ids {
@@ -235,7 +242,7 @@ impl State {
         Ok(())
     }
 
-    /// Stores the descriptions of the robots as parameters: `/robot_description` if there is only one robot, otherwise
+    /// Stores the descriptions of all robots as parameters: `/robot_description` for a single robot, otherwise
     /// `/NAME/robot_description`.
     fn describe(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         for name in std::mem::take(&mut self.described) {
@@ -250,7 +257,8 @@ impl State {
         Ok(())
     }
 
-    /// Sends a message to all subscriptions for which one is due.
+    /// Queues a message of a topic for all subscriptions for which one is due. `node` converts the message for a
+    /// version of ROS; it is called at most once per version and encoding.
     pub(crate) fn spread(&mut self, topic: &str, node: &dyn Fn(Ros) -> Result<Node>) {
         let now = Instant::now();
         let mut written: BTreeMap<(Ros, bool), Written> = BTreeMap::new();
@@ -269,7 +277,7 @@ impl State {
         }
     }
 
-    /// Updates odometry after a step, stops robots whose commands have expired, and publishes topics.
+    /// After a step, updates odometry, stops robots with expired velocity commands, and publishes topics.
     fn tell(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let time = turn.f64(0, p.time)?;
         if turn.state() != TATU_RUNNING || self.time == Some(time) {
@@ -284,7 +292,7 @@ impl State {
         let silent = |r: &crate::robots::Robot| r.until.is_some_and(|until| time >= until - 1e-9);
         let over: Vec<usize> = (0..self.scene.robots.len()).filter(|i| silent(&self.scene.robots[*i])).collect();
         for robot in over {
-            // Errors are ignored: a robot that can no longer be driven need not be stopped.
+            // Errors are ignored, because a robot that can no longer be driven need not be stopped.
             let _ = self.drive(turn, robot, [0.0; 3]);
         }
         let now = Instant::now();
@@ -296,12 +304,12 @@ impl State {
             let value = {
                 let source = Source { turn, p, scene: &self.scene, time, dt };
                 let sequence = source.sequence(topic.what);
-                // Nothing is published if the sensor has not been measured yet, or not since the last time.
+                // The topic is skipped if the sensor has not measured yet, or not since the topic was last published.
                 if sequence == Some(0) || sequence.is_some() && self.told.get(&name) == sequence.as_ref() {
                     continue;
                 }
                 self.told.extend(sequence.map(|n| (name.clone(), n)));
-                // A sensor that lacks a field of the message publishes nothing.
+                // If a sensor lacks a field of the message, nothing is published.
                 source.message(topic.what).unwrap_or(None)
             };
             if let Some(value) = value {

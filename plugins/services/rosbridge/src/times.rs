@@ -1,4 +1,4 @@
-//! Commands for times and for empty messages.
+//! Commands that return and convert times, and one that creates messages with default values.
 
 use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Fail, Offer, Param};
@@ -9,6 +9,7 @@ use crate::{
     types::{self, Ros},
 };
 
+/// Adds the commands.
 pub(crate) fn times(offer: &mut Offer<Plugin>) {
     offer.command(
         Cmd::new("simROS.getTime", |c| {
@@ -27,8 +28,8 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         ("simROS2.getSimulationTime", "Returns the simulation time."),
         (
             "simROS2.getSystemTime",
-            "Returns the date and time of the start plus the time elapsed since then; it is the same in each run that \
-             is not in real time.",
+            "Returns the date and time at the start plus the time elapsed since then. The result is the same in each \
+             run that is not in real time.",
         ),
     ] {
         offer.command(
@@ -75,7 +76,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         Cmd::new("simROS2.createInterface", |c| {
             let plain = types::plain(&c.text(0)?);
             if types::fields(&plain).is_none() {
-                return Err(Fail::missing(format!("unknown type `{plain}`")));
+                return Err(Fail::missing(format!("the message type `{plain}` is not supported")));
             }
             c.ret(convert::value(&Json::Null, &plain, Ros::Two)?);
             Ok(())
@@ -87,7 +88,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
     );
     for (name, why) in [
         ("simROS2.spinSome", "messages are delivered automatically between two steps"),
-        ("simROS2.importInterface", "all supported types are known without it"),
+        ("simROS2.importInterface", "all supported types are always available"),
     ] {
         offer.command(Cmd::new(name, |_| Ok(())).param(Param::any("type").optional()).text("Does nothing.").stub(why));
     }

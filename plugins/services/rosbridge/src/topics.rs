@@ -1,5 +1,5 @@
-//! Topics that a scene provides. The last part of a name is the topic's meaning; the parts before it name the robot and
-//! the sensor, if there are several.
+//! The topics that a scene provides. The last part of a name describes the content of the topic; the parts before it
+//! are the names of the robot and the sensor.
 
 use std::collections::BTreeMap;
 
@@ -7,34 +7,34 @@ use tatu_plugin_api::{abi::tatu_object, safe::Turn};
 
 use crate::{Props, felt::Felt, robots::Scene};
 
-/// The meaning of a topic.
+/// The content of a topic. Numbers are indices in `Scene::robots` or `Scene::sensors`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
-    /// Simulation time.
+    /// The simulation time.
     Clock,
-    /// Coordinate frames.
+    /// All coordinate frames.
     Frames,
-    /// Coordinate frames that do not move relative to their parent frame.
+    /// The coordinate frames that do not move relative to their parent frame.
     StaticFrames,
     /// The wheel odometry of a robot.
     Odometry(usize),
-    /// The true pose of a robot.
+    /// The true pose of a robot in the world frame.
     Pose(usize),
-    /// Joints of a robot.
+    /// The joint states of a robot.
     Joints(usize),
-    /// A robot as URDF.
+    /// The URDF description of a robot.
     Description(usize),
     /// The velocity command of a robot, to which clients publish.
     Command(usize),
     /// A planar scan of distances.
     Scan(usize),
-    /// A single distance.
+    /// The distance measured by a proximity sensor.
     Range(usize),
-    /// A position on Earth.
+    /// A position on Earth: latitude, longitude and altitude.
     Fix(usize),
-    /// A colour image.
+    /// The colour image of a camera.
     Image(usize),
-    /// A depth image.
+    /// The depth image of a camera.
     Depth(usize),
     /// The intrinsics of a camera.
     Optics(usize),
@@ -44,22 +44,22 @@ pub enum What {
     Felt(usize, Felt),
 }
 
-/// A topic.
+/// A topic that the scene provides.
 #[derive(Debug, Clone)]
 pub struct Topic {
-    /// What the topic carries.
+    /// The content of the topic.
     pub what: What,
     /// The type of its messages, by its name in ROS 1.
     pub kind: &'static str,
 }
 
-/// Returns the topics of a scene, under all their names.
+/// Returns the topics of a scene by name. A topic also has shorter names if these are unambiguous.
 pub fn of(turn: &Turn<'_>, p: &Props, scene: &Scene) -> BTreeMap<String, Topic> {
     let mut out = BTreeMap::new();
     out.insert("/clock".to_owned(), Topic { what: What::Clock, kind: "rosgraph_msgs/Clock" });
     out.insert("/tf".to_owned(), Topic { what: What::Frames, kind: "tf2_msgs/TFMessage" });
     out.insert("/tf_static".to_owned(), Topic { what: What::StaticFrames, kind: "tf2_msgs/TFMessage" });
-    // Robot, name of the sensor, and last part of the name.
+    // For each topic: the robot, the name of the sensor, and the last part of the topic's name.
     let mut all: Vec<(Option<usize>, String, &str, Topic)> = Vec::new();
     for (i, robot) in scene.robots.iter().enumerate() {
         let mut add = |last, what, kind| all.push((Some(i), String::new(), last, Topic { what, kind }));
@@ -95,7 +95,8 @@ pub fn of(turn: &Turn<'_>, p: &Props, scene: &Scene) -> BTreeMap<String, Topic> 
     out
 }
 
-/// Returns the topics that publish a sensor's readings, by the fields that it has.
+/// Returns the topics of a sensor, which depend on the fields of its readings: the last part of the name, the content,
+/// and the message type.
 fn what_of(turn: &Turn<'_>, p: &Props, i: usize, id: tatu_object) -> Vec<(&'static str, What, &'static str)> {
     let has = |prop| turn.reading(id, prop).is_ok();
     let mut out = Vec::new();

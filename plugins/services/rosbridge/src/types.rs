@@ -1,8 +1,9 @@
-//! Definitions of message types, with the names of ROS 1. ROS 2 has the same types, with few exceptions.
+//! Definitions of message types, with their names in ROS 1. The types of ROS 2 are the same, with few exceptions.
 
 use std::{collections::BTreeMap, sync::OnceLock};
 
-/// One type per line: its name, then type and name of each field, in order. Public definitions of ROS.
+/// The public definitions of ROS, one type per line: the name of the type, then the type and name of each field in
+/// order.
 const TYPES: &str = "
 std_msgs/Header: uint32 seq, time stamp, string frame_id
 std_msgs/Empty:
@@ -87,20 +88,20 @@ example_interfaces/FibonacciResult: int32[] sequence
 example_interfaces/FibonacciFeedback: int32[] sequence
 ";
 
-/// The type of an element.
+/// The type of the elements of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Base {
     /// A boolean.
     Bool,
-    /// An integer: whether it is signed, and its width in bits.
+    /// An integer. The values are whether it is signed, and its size in bits.
     Int(bool, u8),
-    /// A floating-point number of this width in bits.
+    /// A floating-point number with this size in bits.
     Float(u8),
     /// A string.
     Text,
-    /// A time or a duration.
+    /// A time or duration.
     Time,
-    /// A nested message, by the name of its type.
+    /// A nested message of the type with this name.
     Message(String),
 }
 
@@ -111,30 +112,31 @@ pub enum Many {
     One,
     /// An array of any length.
     Any,
-    /// An array of fixed length.
+    /// An array of exactly this length.
     Exactly(usize),
 }
 
-/// A field.
+/// A field of a message type.
 #[derive(Debug, Clone)]
 pub struct Field {
-    /// Name in ROS 1.
+    /// The name of the field in ROS 1.
     pub name: String,
-    /// The type of an element.
+    /// The type of the elements.
     pub base: Base,
     /// The number of elements.
     pub many: Many,
-    /// The element type as written in the definition.
+    /// The type of the elements as it is written in the definition.
     pub written: String,
 }
 
-/// Returns the fields of a type, by its plain name.
+/// Returns the fields of a type, given its name in ROS 1; `None` if the type is not supported.
 pub fn fields(plain: &str) -> Option<&'static [Field]> {
     static ALL: OnceLock<BTreeMap<&'static str, Vec<Field>>> = OnceLock::new();
     let all = ALL.get_or_init(|| TYPES.lines().filter_map(|l| l.split_once(':')).map(|(n, f)| (n, read(f))).collect());
     all.get(plain).map(Vec::as_slice)
 }
 
+/// Parses the fields in a line of `TYPES`.
 fn read(text: &'static str) -> Vec<Field> {
     let field = |one: &'static str| {
         let (written, name) = one.trim().split_once(' ')?;
@@ -158,17 +160,18 @@ fn read(text: &'static str) -> Vec<Field> {
     text.split(',').filter_map(field).collect()
 }
 
-/// The version of ROS whose names and times a message uses.
+/// A version of ROS, which determines the names of types and fields and the form of times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Ros {
-    /// ROS 1: times have `secs` and `nsecs`, headers a sequence number.
+    /// ROS 1: times have `secs` and `nsecs`, and headers have a sequence number.
     One,
     /// ROS 2: times have `sec` and `nanosec`.
     Two,
 }
 
 impl Ros {
-    /// Returns the version of ROS that a type name belongs to: ROS 2 writes `geometry_msgs/msg/Twist`.
+    /// Returns the version of ROS in which a type has this name; names in ROS 2 have the form
+    /// `geometry_msgs/msg/Twist`.
     pub fn of(name: &str) -> Option<Ros> {
         match name.matches('/').count() {
             1 => Some(Ros::One),
@@ -176,14 +179,14 @@ impl Ros {
             _ => None,
         }
     }
-    /// Returns the name of a type in this version.
+    /// Returns the name of a message type in this version, given its name in ROS 1.
     pub fn name(self, plain: &str) -> String {
         match (self, plain.split_once('/')) {
             (Ros::Two, Some((package, name))) => format!("{package}/msg/{name}"),
             _ => plain.to_owned(),
         }
     }
-    /// Returns the name of a field in this version, or `None` if it does not exist there.
+    /// Returns the name of a field in this version, or `None` if the field does not exist in it.
     pub fn field(self, plain: &str, name: &str) -> Option<String> {
         match (self, plain, name) {
             (Ros::Two, "std_msgs/Header", "seq") => None,
@@ -193,7 +196,7 @@ impl Ros {
     }
 }
 
-/// Returns the name of a type as [`fields`] expects it.
+/// Converts the name of a type to its name in ROS 1.
 pub fn plain(name: &str) -> String {
     name.replace("/msg/", "/").replace("/srv/", "/").replace("/action/", "/")
 }

@@ -1,33 +1,35 @@
-//! Lists the members of a namespace: everything in it that clients can access.
+//! Lists the members of a namespace that clients can access.
 
 use ciborium::Value as Cbor;
 use tatu_plugin_api::safe::{Fail, Result, Turn};
 
 use crate::cbor;
 
-/// Functions that the service itself provides, for any world.
+/// Names of the functions that the service itself provides.
 pub const OWN: &[&str] =
     &["sim.setStepping", "sim.step", "sim.switchThread", "sim.yield", "sim.acquireLock", "sim.releaseLock"];
 
-/// Returns the namespace of a module: `sim-2` is a later version of the namespace `sim`.
+/// Returns the namespace of a module. The part of the module name after `-` is a version: `sim-2` has the namespace
+/// `sim`.
 fn space(name: &str) -> &str {
     name.split('-').next().unwrap_or(name)
 }
 
+/// Returns the names of all commands.
 fn names(turn: &Turn<'_>) -> Vec<String> {
     turn.commands().into_iter().flat_map(|c| c.names).collect()
 }
 
-/// Checks that a namespace exists.
+/// Checks that the namespace of a module exists.
 pub fn require(turn: &Turn<'_>, name: &str) -> Result {
     let begin = format!("{}.", space(name));
     if space(name) == "zmqRemoteApi" || names(turn).iter().any(|n| n.starts_with(&begin)) {
         return Ok(());
     }
-    Err(Fail::missing(format!("there is no module `{name}`: no command begins with `{begin}`")))
+    Err(Fail::missing(format!("there is no module `{name}`: the name of no command begins with `{begin}`")))
 }
 
-/// Returns the members of a namespace: functions, constants, and maps of these.
+/// Returns the members of a module: functions, constants, and nested namespaces of these.
 pub fn info(turn: &Turn<'_>, name: &str) -> Result<Cbor> {
     require(turn, name)?;
     let begin = format!("{}.", space(name));
@@ -39,7 +41,7 @@ pub fn info(turn: &Turn<'_>, name: &str) -> Result<Cbor> {
     }
     for (own, value) in turn.constants()? {
         if let Some(rest) = own.strip_prefix(&begin) {
-            // A table of constants is a nested namespace.
+            // A table of constants becomes a nested namespace.
             match cbor::write(value) {
                 Cbor::Map(entries) => {
                     for (key, value) in entries {
@@ -57,6 +59,7 @@ pub fn info(turn: &Turn<'_>, name: &str) -> Result<Cbor> {
 
 type Entries = Vec<(Cbor, Cbor)>;
 
+/// Adds a member with a name such as `a.b`, and the namespaces that contain it. Keeps a member that exists already.
 fn put(entries: &mut Entries, name: &str, kind: &str, value: Cbor) {
     let (first, rest) = name.split_once('.').map_or((name, None), |(f, r)| (f, Some(r)));
     let at = entries.iter().position(|(k, _)| k.as_text() == Some(first));

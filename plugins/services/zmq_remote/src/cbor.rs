@@ -1,4 +1,4 @@
-//! Messages: requests of clients and their answers, as CBOR.
+//! Decodes requests and encodes answers, which are CBOR.
 
 use ciborium::Value as Cbor;
 use tatu_plugin_api::{
@@ -6,14 +6,14 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Value},
 };
 
-/// A request of a client.
+/// A request from a client.
 #[derive(Debug, Default)]
 pub struct Request {
     /// The name of the function to call.
     pub func: String,
     /// Arguments of the call.
     pub args: Vec<Value>,
-    /// The client; clients of the first protocol send none.
+    /// Id of the client; `None` in the first version of the protocol.
     pub uuid: Option<String>,
 }
 
@@ -25,7 +25,7 @@ pub fn read(bytes: &[u8]) -> Result<Request> {
     let wrong = |why: &str| Fail::argument(format!("the message is not a request: {why}"));
     let message: Cbor =
         ciborium::de::from_reader_with_recursion_limit(bytes, MOST_DEPTH).map_err(|e| wrong(&e.to_string()))?;
-    let Cbor::Map(entries) = message else { return Err(wrong("a map is expected")) };
+    let Cbor::Map(entries) = message else { return Err(wrong("expected a map")) };
     let mut request = Request::default();
     for (key, entry) in entries {
         match (key.as_text(), entry) {
@@ -38,12 +38,13 @@ pub fn read(bytes: &[u8]) -> Result<Request> {
             _ => {}
         }
     }
-    if request.func.is_empty() { Err(wrong("it has no `func`")) } else { Ok(request) }
+    if request.func.is_empty() { Err(wrong("`func` is missing or empty")) } else { Ok(request) }
 }
 
 /// The string by which clients represent nil in arguments.
 const NIL: &str = "_*NIL*_";
 
+/// Converts a CBOR value.
 fn value(cbor: Cbor) -> Result<Value> {
     Ok(match cbor {
         Cbor::Null => Value::Nil,
@@ -61,11 +62,11 @@ fn value(cbor: Cbor) -> Result<Value> {
             Value::Map(entries.into_iter().map(|(k, v)| Ok((value(k)?, value(v)?))).collect::<Result<_>>()?)
         }
         Cbor::Tag(_, inner) => value(*inner)?,
-        _ => return Err(Fail::argument("the request contains a CBOR value that is not supported")),
+        _ => return Err(Fail::argument("the request contains a CBOR value of an unsupported type")),
     })
 }
 
-/// Converts an array: if it contains only numbers, to an array of numbers, otherwise to a list.
+/// Converts an array: to an array of integers or floats if all elements are numbers, otherwise to a list.
 fn array(values: Vec<Value>) -> Value {
     if values.is_empty() {
         return Value::List(values);
@@ -84,8 +85,8 @@ fn array(values: Vec<Value>) -> Value {
     }
 }
 
-/// Converts a value for clients: bytes, and strings that are not UTF-8, become bytes. Bytes, which may be images, are
-/// moved, not copied.
+/// Converts a value to CBOR. Strings that are not UTF-8 become byte strings. Bytes, which may be images, are moved, not
+/// copied.
 pub fn write(value: Value) -> Cbor {
     match value {
         Value::Nil | Value::Func(_) => Cbor::Null,
@@ -102,6 +103,7 @@ pub fn write(value: Value) -> Cbor {
     }
 }
 
+/// Encodes a message.
 fn bytes(message: Vec<(&str, Cbor)>) -> Vec<u8> {
     let message = Cbor::Map(message.into_iter().map(|(k, v)| (Cbor::Text(k.to_owned()), v)).collect());
     let mut out = Vec::new();
@@ -110,7 +112,7 @@ fn bytes(message: Vec<(&str, Cbor)>) -> Vec<u8> {
     out
 }
 
-/// Builds the answer to a call. `first` is set for a client of the first protocol.
+/// Builds the answer to a successful call. `first` is whether the client uses the first version of the protocol.
 pub fn results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
     let mut message = vec![("ret", Cbor::Array(values))];
     if first {
@@ -119,13 +121,13 @@ pub fn results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
     bytes(message)
 }
 
-/// Builds a call of a client's function.
+/// Builds an answer that calls a function of the client.
 pub fn call(name: &str, args: &[Value]) -> Vec<u8> {
     let args = args.iter().cloned().map(write).collect();
     bytes(vec![("func", Cbor::Text(name.to_owned())), ("args", Cbor::Array(args))])
 }
 
-/// Builds the answer to a failed call.
+/// Builds the answer to a failed call. `first` is whether the client uses the first version of the protocol.
 pub fn failed(text: &str, first: bool) -> Vec<u8> {
     if first {
         return bytes(vec![("success", Cbor::Bool(false)), ("error", Cbor::Text(text.to_owned()))]);

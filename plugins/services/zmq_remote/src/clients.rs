@@ -1,48 +1,52 @@
-//! Clients, and whether they hold the simulation.
+//! Tracks clients and their connections, and whether they hold the simulation.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::mpsc::Sender,
 };
 
-/// Receives the answer to a request.
+/// The channel for the answer to a request.
 pub type Answer = Sender<Vec<u8>>;
 
-/// A client. In the second protocol it may have several connections; in the first, each connection is a client.
+/// A client. In the second version of the protocol, a client may have several connections; in the first, each
+/// connection is a separate client.
 #[derive(Default)]
 pub struct Client {
-    /// Number of the client in the input log.
+    /// Number that identifies the client in the input log.
     pub number: u64,
-    /// Stepping level: how often the client enabled stepping, less how often it disabled it.
+    /// Stepping level: the number of times that the client has enabled stepping, minus the number of times that it has
+    /// disabled it. Never negative.
     pub level: i64,
-    /// Number of locks that the client holds; while it is not 0, the simulation does not advance.
+    /// Number of locks that the client holds. The simulation does not advance unless it is 0.
     pub holds: i64,
-    /// The steps that the client waits for: the step at which a wait ends, and where to send the answer then. A client
-    /// of the first protocol has been answered already.
+    /// The pending step requests of the client: the step at which a request ends, and the channel for its answer. The
+    /// channel is `None` in the first version of the protocol, in which such requests are answered immediately.
     pub until: Vec<(u64, Option<Answer>)>,
     connections: BTreeSet<u64>,
 }
 
 impl Client {
-    /// Returns whether the simulation must wait until the client requests a step.
+    /// Returns whether the client holds the simulation, by a lock or because it has not requested a step.
     pub fn holds(&self) -> bool {
         self.holds > 0 || self.level > 0 && self.until.is_empty()
     }
-    /// Drops the client's locks and its stepping mode.
+    /// Releases all locks of the client, and disables stepping.
     pub fn release(&mut self) {
         (self.level, self.holds) = (0, 0);
     }
 }
 
-/// All clients, by their key.
+/// All clients.
 #[derive(Default)]
 pub struct Clients {
+    /// The clients, by key: the id that a client sends, or a name derived from its connection.
     all: BTreeMap<String, Client>,
+    /// Number of clients so far.
     made: u64,
 }
 
 impl Clients {
-    /// Returns the client of a request, creating it if it is new.
+    /// Returns the client with a key, and creates it if it is new. Records that it uses the connection.
     pub fn of(&mut self, key: &str, connection: u64) -> &mut Client {
         if !self.all.contains_key(key) {
             self.made += 1;
@@ -56,13 +60,13 @@ impl Clients {
     pub fn of_connection(&self, connection: u64) -> Option<u64> {
         self.all.values().find(|c| c.connections.contains(&connection)).map(|c| c.number)
     }
-    /// Removes a connection, and the clients that have no other one, so that they do not hold the simulation any more;
-    /// returns the keys of these clients.
+    /// Removes a connection, and clients without any other connection, so that they no longer hold the simulation.
+    /// Returns the keys of the removed clients.
     pub fn gone(&mut self, connection: u64) -> Vec<String> {
         let last = |c: &mut Client| c.connections.remove(&connection) && c.connections.is_empty();
         self.all.extract_if(.., |_, c| last(c)).map(|(key, _)| key).collect()
     }
-    /// Removes a client that announces its end.
+    /// Removes a client that has announced that it will disconnect.
     pub fn end(&mut self, key: &str) {
         self.all.remove(key);
     }

@@ -1,34 +1,36 @@
-//! Functions of clients. They are passed as names in the arguments of a call, and called back while their client waits
-//! for an answer; at other times, calls wait for the client's next request.
+//! Functions of clients, which clients pass by name in the arguments of a call. They can be called only while their
+//! client waits for an answer; other calls are deferred until the next request of the client.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use tatu_plugin_api::safe::{Result, Value};
 
-/// Suffix by which a client marks the name of a function.
+/// Suffix that marks a string as the name of a function.
 const MARK: &[u8] = b"@func";
-/// Maximum number of stored functions per client; beyond it, the oldest is dropped.
+/// Maximum number of stored functions per client. If there are more, the oldest is removed.
 const MOST: usize = 1000;
-/// Maximum number of calls that wait for a client's next request; beyond it, the oldest is dropped.
+/// Maximum number of deferred calls per client. If there are more, the oldest is dropped.
 const MOST_WAITING: usize = 1000;
 
-/// A function of a client.
+/// A function of a client, which the world can call.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Function {
-    /// The key of its client.
+    /// The key of the client.
     pub client: String,
-    /// Name of the function in the client.
+    /// Name of the function, by which the client identifies it.
     pub name: String,
 }
 
-/// A call that waits for its client: name and arguments.
+/// A deferred call: the name of the function, and the arguments.
 pub type Later = (String, Vec<Value>);
 
-/// All functions passed by clients, by the numbers under which the world knows them.
+/// All functions that clients have passed. The world identifies each of them by a number.
 #[derive(Default)]
 pub struct Functions {
+    /// The functions, by number.
     known: BTreeMap<u32, Function>,
     numbers: BTreeMap<Function, u32>,
+    /// The deferred calls, by the key of the client.
     later: BTreeMap<String, VecDeque<Later>>,
     made: u32,
 }
@@ -39,6 +41,7 @@ impl Functions {
         self.known.get(&number)
     }
 
+    /// Returns the number of a function, and stores the function if it is new.
     fn number(&mut self, client: &str, name: String) -> u32 {
         let function = Function { client: client.to_owned(), name };
         if let Some(number) = self.numbers.get(&function) {
@@ -69,7 +72,7 @@ impl Functions {
         self.later.remove(client);
     }
 
-    /// Stores a call for the client's next request.
+    /// Defers a call until the next request of the client.
     pub fn put_off(&mut self, function: Function, args: Vec<Value>) {
         let later = self.later.entry(function.client).or_default();
         if later.len() >= MOST_WAITING {
@@ -78,12 +81,13 @@ impl Functions {
         later.push_back((function.name, args));
     }
 
-    /// Removes and returns the calls that wait for a client.
+    /// Removes and returns the deferred calls of a client's functions.
     pub fn take_later(&mut self, client: &str) -> VecDeque<Later> {
         self.later.remove(client).unwrap_or_default()
     }
 
-    /// Replaces names of functions by function values, even in lists and maps. `make` returns the value for a number.
+    /// Replaces marked names of functions by function values, including those in lists and maps. `make` returns the
+    /// function value for a number.
     pub fn bind(&mut self, client: &str, value: &mut Value, make: &dyn Fn(u32) -> Result<Value>) -> Result<()> {
         match value {
             Value::Text(text) => {

@@ -1,8 +1,9 @@
-//! The ZeroMQ remote API: clients written for CoppeliaSim call commands of a world.
+//! The ZeroMQ remote API, by which clients written for CoppeliaSim call commands of a world.
 //!
-//! - `zmtp`: sockets and the framing of ZeroMQ; `cbor`: messages; `catalogue`: members of a namespace;
-//! - `clients`: clients, and whether they hold the simulation; `functions`: functions of clients that are called back;
-//! - `state`: requests that wait for their turn or for an answer; `service`: the barrier.
+//! - `zmtp`: ZeroMQ connections; `cbor`: encoding of messages; `catalogue`: lists the members of a namespace;
+//! - `clients`: clients, and whether they hold the simulation; `functions`: functions of clients that the world may
+//!   call;
+//! - `state`: queued and unanswered requests; `service`: executes requests at the barrier.
 
 mod catalogue;
 mod cbor;

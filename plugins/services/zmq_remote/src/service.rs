@@ -1,4 +1,4 @@
-//! Processes requests at the barrier, in the order of their arrival.
+//! Executes requests at the barrier, in order of arrival.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -22,17 +22,17 @@ use crate::{
     zmtp::{Event, Kind, Listener},
 };
 
-/// The plugin, which offers one service.
+/// The plugin, which offers the service `zmq_remote`.
 pub struct ZmqRemote;
 
-/// Maximum number of requests processed in a turn.
+/// Maximum number of requests that are executed at a barrier.
 const AT_ONCE: usize = 2000;
-/// Request by which a client reports that its function has returned.
+/// Name in requests by which a client returns the results of its function that was called.
 const EXECUTED: &str = "_*executed*_";
-/// The default port of clients.
+/// The port to which clients connect by default.
 const PORT: i64 = 23000;
 
-/// The service.
+/// The service `zmq_remote`.
 pub struct Remote {
     session: Session,
     state: RefCell<State>,
@@ -46,7 +46,7 @@ impl Service for Remote {
 
     fn params() -> Vec<Param> {
         vec![Param::int("port").range(0.0, 65534.0).default(PORT).text(
-            "port of 127.0.0.1 to listen on; 0: any free one. The next port notifies clients that use the first \
+            "port on 127.0.0.1 to listen on; 0: any free port. The next port notifies clients that use the first \
                  version of the protocol of steps",
         )]
     }
@@ -59,7 +59,9 @@ impl Service for Remote {
             Ok((counter, _)) => Some(counter),
             Err(e) => {
                 let next = address.port().wrapping_add(1);
-                let text = format!("zmq_remote: port {next} is in use ({e}): clients of 2022 and before cannot step");
+                let text = format!(
+                    "zmq_remote: port {next} cannot be opened ({e}), so clients of 2022 and earlier cannot step"
+                );
                 session.log(TATU_LOG_WARNING, &text);
                 None
             }
@@ -166,7 +168,7 @@ impl Remote {
             (state.running.len() - 1, state.functions.take_later(&key))
         };
         for (name, args) in later {
-            // The result of a delayed call is not used, and a client that has disconnected needs no answer.
+            // The results of a deferred call are not used, and an error only means that the client has disconnected.
             let _ = self.call_back(turn, Place::Running(at), &name, &args);
         }
         let bound = {
@@ -178,7 +180,7 @@ impl Remote {
             Done::Command => self.call(turn, at, &request),
             done => Ok(done),
         });
-        // By now, the answer may belong to another message: the one in which the client's last function returned.
+        // If functions of the client were called, the answer belongs to the request in which the last of them returned.
         let state = &mut *self.state()?;
         let pending = state.running.pop();
         match (done, pending) {
@@ -189,13 +191,13 @@ impl Remote {
         Ok(())
     }
 
-    /// Executes requests that concern the service itself.
+    /// Executes a request for a function that the service itself provides. Returns `Done::Command` for other functions.
     fn act(&self, turn: &Turn<'_>, step: u64, at: usize, request: &Request) -> Result<Done> {
         let Request { func, args, .. } = request;
         let none = || Ok(Done::Now(Vec::new()));
         let text = || match args.first() {
             Some(Value::Text(t)) => Ok(String::from_utf8_lossy(t).into_owned()),
-            _ => Err(Fail::argument("expected the name of a module")),
+            _ => Err(Fail::argument("argument 1: expected the name of a module")),
         };
         let mut state = self.state()?;
         let state = &mut *state;
@@ -223,14 +225,14 @@ impl Remote {
             "sim.step" | "sim.switchThread" | "sim.yield" | "step" if running && state.talks > 0 => {
                 Err(Fail::with_code(
                     TATU_ERR_BUSY,
-                    "a callback cannot step: the simulation does not advance until it returns",
+                    "a callback cannot request a step, because the simulation does not advance before the callback returns",
                 ))
             }
             "sim.step" | "sim.switchThread" | "sim.yield" if running => {
                 client.until.push((step + 1, Some(pending.answer)));
                 Ok(Done::Later)
             }
-            // A client of the first protocol is notified of the step through the next port.
+            // In the first version of the protocol, the client is notified of the step through the next port.
             "step" if running => {
                 client.until.push((step + 1, None));
                 none()
@@ -248,14 +250,15 @@ impl Remote {
         }
     }
 
+    /// Calls the command of the world that a request names.
     fn call(&self, turn: &Turn<'_>, at: usize, request: &Request) -> Result<Done> {
         let token = {
             let state = &mut *self.state()?;
-            // No client may delay a stop.
+            // A stop must not be delayed by a client that holds the simulation.
             if request.func == "sim.stopSimulation" {
                 state.clients.iter_mut().for_each(|c| c.release());
             }
-            // A function that is called back cannot wait.
+            // While a client's function is being called, commands cannot wait: token 0.
             if state.talks > 0 { 0 } else { state.next_token }
         };
         match turn.call(&request.func, &request.args, token)? {
@@ -270,8 +273,8 @@ impl Remote {
         }
     }
 
-    /// Replies to a client's request by calling one of the client's own functions, and serves the client until that
-    /// function returns.
+    /// Calls a function of a client as the answer to the client's request, and executes further requests from the
+    /// client until the function returns. Returns the results of the function.
     fn call_back(&self, turn: &Turn<'_>, place: Place, name: &str, args: &[Value]) -> Result<Vec<Value>> {
         self.state()?.talks += 1;
         let results = self.talk(turn, place, name, args);
@@ -279,6 +282,7 @@ impl Remote {
         results
     }
 
+    /// Does the work of `call_back`.
     fn talk(&self, turn: &Turn<'_>, place: Place, name: &str, args: &[Value]) -> Result<Vec<Value>> {
         let connection = {
             let state = &mut *self.state()?;
@@ -313,21 +317,21 @@ impl Remote {
     }
 }
 
-/// A port, and the events of its connections.
+/// A port, and the receiver of the events of its connections.
 type Opened = (Listener, Receiver<Event>);
 
-/// Number of attempts to find a pair of free ports.
+/// Maximum number of attempts to find two consecutive free ports.
 const ATTEMPTS: usize = 16;
 
-/// Opens the port for requests, and the next one for the step counter, if that is free. If `port` is 0, chooses a pair
-/// of free ports.
+/// Opens the port for requests, and the next port for the step counter, which may fail. If `port` is 0, chooses two
+/// consecutive free ports if possible.
 fn listen(session: &Session, port: u16) -> Result<(Opened, io::Result<Opened>)> {
     let mut attempt = 1;
     loop {
         let woken = session.clone();
         let opened = Listener::open(Kind::Reply, port, Box::new(move || woken.wake())).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
-                .help("choose another `port`; 0 means any free port")
+                .help("choose another `port`, or 0 for any free port")
         })?;
         let next = opened.0.address().port().wrapping_add(1);
         let counter = Listener::open(Kind::Publish, next, Box::new(|| ()));

@@ -1,4 +1,4 @@
-//! Clients, requests that wait for their turn, and requests that wait for an answer.
+//! The state of the service: clients, queued requests, and requests that have not been answered.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -19,51 +19,57 @@ use crate::{
     zmtp::{Event, Listener},
 };
 
-/// How long to wait for a client before checking whether the run continues.
+/// Time to wait for an event of a client before checking whether the run has ended.
 const PATIENCE: Duration = Duration::from_millis(20);
 
 /// The state of the service.
 pub(crate) struct State {
     pub clients: Clients,
+    /// Received requests that have not been executed, in order of arrival.
     pub requests: VecDeque<Waiting>,
-    /// Requests whose commands are running, outermost first: each may call functions of clients.
+    /// Requests that are being executed, outermost first. A request is nested if a client sends it while one of its
+    /// functions is being called.
     pub running: Vec<Pending>,
-    /// Number of client functions that have been called and have not returned.
+    /// Number of functions of clients that have been called and have not returned.
     pub talks: u32,
-    /// Requests whose commands wait, by token.
+    /// Requests for commands that wait, by token.
     pub waits: BTreeMap<u64, Pending>,
+    /// Token for the next command that waits.
     pub next_token: u64,
     pub functions: Functions,
-    /// The step last sent to subscribers of the first protocol.
+    /// The step that was published last, for clients that use the first version of the protocol.
     pub told: Option<u64>,
     pub events: Receiver<Event>,
-    /// Must come after the fields with pending requests, which must be dropped before connections end.
+    /// Must be declared after the fields with pending requests. Fields are dropped in order, and the threads of
+    /// connections end only when the requests have been dropped.
     pub _listener: Listener,
+    /// The port that publishes the step, if it could be opened.
     pub counter: Option<Listener>,
 }
 
-/// A request that waits for its turn.
+/// A received request that has not been executed.
 pub(crate) struct Waiting {
     pub connection: u64,
     pub answer: Answer,
+    /// The request, or the reason why it is invalid.
     pub asked: Result<Request>,
 }
 
-/// A request that has not been answered yet.
+/// A request that has been accepted for execution and has not been answered.
 #[derive(Clone)]
 pub(crate) struct Pending {
     pub connection: u64,
-    /// Key of its client.
+    /// Key of the client.
     pub key: String,
     pub answer: Answer,
     /// The name of the called function.
     pub name: String,
-    /// Whether it uses the first protocol.
+    /// Whether the client uses the first version of the protocol.
     pub first: bool,
 }
 
 impl Pending {
-    /// Sends the answer; does nothing if the client has disconnected.
+    /// Sends the answer. Does nothing if the client has disconnected.
     pub fn reply(&self, result: Result<Vec<Cbor>>) {
         let bytes = match result {
             Ok(values) => cbor::results(values, self.first),
@@ -73,42 +79,46 @@ impl Pending {
     }
 }
 
-/// The request whose answer a client's function provides: a running one, or a waiting one.
+/// Identifies an unanswered request in `State`.
 #[derive(Clone, Copy)]
 pub(crate) enum Place {
+    /// A request that is being executed, by its index in `running`.
     Running(usize),
+    /// A request for a command that waits, by its token in `waits`.
     Waits(u64),
 }
 
 /// The outcome of a request.
 pub(crate) enum Done {
+    /// The request was executed, with these results.
     Now(Vec<Cbor>),
-    /// The request will be answered later.
+    /// The request is not executed completely, and will be answered later.
     Later,
-    /// The request names a command of the world, which must be called.
+    /// The request is for a command of the world, which must be called.
     Command,
 }
 
-/// Builds the error for a client that has disconnected.
+/// Builds the error for a function of a client that has disconnected.
 pub(crate) fn gone() -> Fail {
-    Fail::with_code(TATU_ERR_GONE, "the function's client has disconnected")
+    Fail::with_code(TATU_ERR_GONE, "the client that provides the function has disconnected")
 }
 
 impl State {
-    /// Processes the events of connections.
+    /// Handles the queued events of connections.
     pub fn hear(&mut self, session: &Session) {
         while let Ok(event) = self.events.try_recv() {
             self.take(session, event);
         }
     }
 
-    /// Waits briefly for an event of a connection.
+    /// Waits at most `PATIENCE` for an event of a connection, and handles it.
     pub fn wait(&mut self, session: &Session) {
         if let Ok(event) = self.events.recv_timeout(PATIENCE) {
             self.take(session, event);
         }
     }
 
+    /// Handles an event of a connection.
     pub fn take(&mut self, session: &Session, event: Event) {
         match event {
             Event::Request { connection, body, answer } => {
@@ -124,19 +134,20 @@ impl State {
         }
     }
 
-    /// Removes a client that announces its end.
+    /// Removes a client that has announced that it will disconnect.
     pub fn end(&mut self, key: &str) {
         self.clients.end(key);
         self.functions.gone(key);
     }
 
-    /// Returns the request of a client that carries a call of its function: the innermost running one, otherwise the
-    /// last waiting one.
+    /// Returns the unanswered request by whose answer a function of the client can be called: the innermost one that is
+    /// being executed, otherwise the last one that waits.
     pub fn place_of(&self, client: &str) -> Option<Place> {
         let running = self.running.iter().rposition(|p| p.key == client).map(Place::Running);
         running.or_else(|| self.waits.iter().rfind(|(_, p)| p.key == client).map(|(token, _)| Place::Waits(*token)))
     }
 
+    /// Returns an unanswered request.
     pub fn pending(&mut self, place: Place) -> Option<&mut Pending> {
         match place {
             Place::Running(at) => self.running.get_mut(at),
@@ -144,8 +155,8 @@ impl State {
         }
     }
 
-    /// Answers the clients that wait for steps which have passed. While the simulation is not running, steps pass at
-    /// once.
+    /// Answers step requests that have ended by this step. While the simulation is not running, all of them end
+    /// immediately.
     pub fn stepped(&mut self, turn: &Turn<'_>, step: u64) {
         let stands = turn.state() != TATU_RUNNING;
         for client in self.clients.iter_mut() {
@@ -162,7 +173,7 @@ impl State {
 
 impl Drop for State {
     fn drop(&mut self) {
-        // Pending requests will not be answered: the connections waiting for them end.
+        // Dropping the requests ends the threads of connections that wait for answers.
         self.requests.clear();
         self.waits.clear();
         self.clients = Clients::default();

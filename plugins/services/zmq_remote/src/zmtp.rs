@@ -1,8 +1,9 @@
-//! Sockets that speak ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>), as far as reply and publish sockets
-//! need it.
+//! Implements the part of ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>) that reply and publish sockets
+//! require.
 //!
 //! Each connection has a thread, which reads a request, passes it on, waits for the answer and writes it. Declared
-//! sizes are not trusted: a frame larger than its limit closes the connection, and memory is allocated as bytes arrive.
+//! sizes are not trusted: the connection is closed if a frame is too large, and memory is allocated only as bytes
+//! arrive.
 
 use std::{
     collections::BTreeMap,
@@ -21,23 +22,27 @@ use tatu_services_common::port::Port;
 
 /// Maximum size of a message, bytes.
 pub const MOST: u64 = 64 << 20;
-/// Maximum total size of all waiting requests, bytes; small ones do not count.
+/// Maximum total size of all unanswered requests that are larger than `SMALL`, bytes.
 const MOST_WAITING: usize = 512 << 20;
+/// Maximum size of a small message, bytes.
 const SMALL: usize = 64 << 10;
 /// Maximum number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 256;
-/// Timeout for a peer's greeting, and for taking an answer.
+/// Time within which a peer must send its greeting, and for which sending to a peer may block.
 const GREETING: Duration = Duration::from_secs(5);
 /// Interval at which a thread that waits for an answer checks whether its peer is still connected.
 const LOOK: Duration = Duration::from_millis(50);
 
+/// Flag of a frame: further frames of the message follow.
 const MORE: u8 = 1;
+/// Flag of a frame: the size has eight bytes instead of one.
 const LONG: u8 = 2;
+/// Flag of a frame: it is a command of the protocol.
 const COMMAND: u8 = 4;
 
 /// Events reported by connections.
 pub enum Event {
-    /// A request, whose answer must be sent to `answer`.
+    /// A peer has sent a request. The answer must be sent to `answer`.
     Request {
         /// The number of the connection.
         connection: u64,
@@ -46,30 +51,32 @@ pub enum Event {
         /// Receives the answer.
         answer: Sender<Vec<u8>>,
     },
-    /// A connection has ended.
+    /// The connection with this number has ended.
     Gone(u64),
-    /// A message was refused; the text is for the log.
+    /// A connection was closed because of an invalid message. The text is for the log.
     Refused(String),
 }
 
 /// The type of a socket.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Answers requests.
+    /// A reply socket, which answers requests.
     Reply,
-    /// Sends published messages to all subscribers.
+    /// A publish socket, which sends messages to all subscribers.
     Publish,
 }
 
+/// Data shared by all connections of a listener.
 struct Shared {
     events: Mutex<Sender<Event>>,
     wake: Box<dyn Fn() + Send + Sync>,
+    /// Total size of all unanswered requests that are larger than `SMALL`, bytes.
     waiting: AtomicUsize,
-    /// Peers that have completed the greeting and receive published messages.
+    /// The peers that receive published messages, by the number of the connection.
     audience: Mutex<BTreeMap<u64, TcpStream>>,
 }
 
-/// An open port; dropping it ends its threads.
+/// An open port. Dropping it closes the port and all connections.
 pub struct Listener {
     port: Port,
     shared: Arc<Shared>,
@@ -84,7 +91,8 @@ fn wrong(why: &str) -> io::Error {
 }
 
 impl Listener {
-    /// Opens a port on 127.0.0.1; events are sent to the receiver, and `wake` is called for each.
+    /// Opens a port on 127.0.0.1; if `port` is 0, any free port. Events are sent to the returned receiver, and `wake`
+    /// is called after each of them.
     pub fn open(kind: Kind, port: u16, wake: Box<dyn Fn() + Send + Sync>) -> io::Result<(Listener, Receiver<Event>)> {
         let (events, told) = channel();
         let (waiting, audience) = (AtomicUsize::new(0), Mutex::default());
@@ -93,11 +101,11 @@ impl Listener {
         let serve = move |stream: TcpStream, number: u64| {
             let shared = &own;
             let events = lock(&shared.events).clone();
-            // An error of a peer only ends its own connection.
+            // An error ends only the connection of this peer.
             let done = serve(stream, kind, number, shared, &events);
             lock(&shared.audience).remove(&number);
             if let Some(e) = done.err().filter(|e| e.kind() == io::ErrorKind::InvalidData) {
-                let _ = events.send(Event::Refused(format!("connection {number} is closed: {e}")));
+                let _ = events.send(Event::Refused(format!("connection {number} was closed: {e}")));
             }
             let _ = events.send(Event::Gone(number));
             (shared.wake)();
@@ -110,17 +118,18 @@ impl Listener {
         self.port.address
     }
 
-    /// Sends a short message to all subscribers; a subscriber that cannot receive it at once misses it.
+    /// Sends a message of at most 255 bytes to all subscribers. Subscribers that cannot receive it immediately miss it.
     pub fn publish(&self, body: &[u8]) {
         let mut frame = vec![0, body.len() as u8];
         frame.extend_from_slice(body);
         for mut stream in lock(&self.shared.audience).values() {
-            // Subscribers are not read any more after their greeting, so the socket may stay non-blocking.
+            // The thread of a subscriber only discards data after the greeting, so the socket may remain non-blocking.
             let _ = stream.set_nonblocking(true).and_then(|()| stream.write(&frame).map(drop));
         }
     }
 }
 
+/// Exchanges greetings, then answers requests or registers a subscriber until the peer disconnects.
 fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events: &Sender<Event>) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(GREETING))?;
@@ -136,7 +145,7 @@ fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events
         let size = body.len();
         if size > SMALL && shared.waiting.fetch_add(size, Ordering::AcqRel) + size > MOST_WAITING {
             shared.waiting.fetch_sub(size, Ordering::AcqRel);
-            return Err(wrong("too many large requests are waiting"));
+            return Err(wrong("the unanswered requests of all connections exceed 512 MiB"));
         }
         let (answer, answered) = channel();
         let sent = events.send(Event::Request { connection: number, body, answer });
@@ -154,7 +163,7 @@ fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events
                 bytes.extend_from_slice(&(body.len() as u64).to_be_bytes());
             }
         }
-        // A small answer is sent in one packet; a large one, such as an image, is not copied again.
+        // A small answer is written together with its header. A large one, such as an image, is not copied.
         if body.len() <= SMALL {
             bytes.extend_from_slice(&body);
             stream.write_all(&bytes)?;
@@ -165,7 +174,7 @@ fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events
     }
 }
 
-/// Waits for the answer; returns `None` if the peer or the service has disconnected.
+/// Waits for the answer to a request. Returns `None` if the peer has disconnected or the request will not be answered.
 fn wait(stream: &TcpStream, answered: &Receiver<Vec<u8>>) -> Option<Vec<u8>> {
     loop {
         match answered.recv_timeout(LOOK) {
@@ -185,7 +194,7 @@ fn wait(stream: &TcpStream, answered: &Receiver<Vec<u8>>) -> Option<Vec<u8>> {
     }
 }
 
-/// Exchanges greetings and the first commands.
+/// Exchanges greetings and READY commands.
 fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
     let mut ours = [0_u8; 64];
     ours[0] = 0xFF;
@@ -206,7 +215,7 @@ fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
     stream.write_all(&[&[COMMAND, ready.len() as u8][..], &ready].concat())?;
     let (flags, body) = frame(stream, u64::from(u16::MAX))?;
     if flags & COMMAND == 0 || !body.starts_with(b"\x05READY") {
-        return Err(wrong("expected READY as the first frame"));
+        return Err(wrong("expected the READY command as the first frame"));
     }
     Ok(())
 }
@@ -228,7 +237,7 @@ fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
         u64::from(head[0])
     };
     if len > most {
-        return Err(wrong(&format!("a frame claims {len} bytes; at most {most} are accepted")));
+        return Err(wrong(&format!("a frame claims to have {len} bytes: expected at most {most}")));
     }
     let mut body = Vec::new();
     if stream.take(len).read_to_end(&mut body)? as u64 != len {
@@ -237,7 +246,7 @@ fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
     Ok((flags, body))
 }
 
-/// Reads the next request: a delimiter, and one body.
+/// Reads the next request, which consists of an empty frame and a body, and answers PING commands before it.
 fn request(stream: &mut TcpStream) -> io::Result<Vec<u8>> {
     let mut delimited = false;
     loop {
@@ -253,7 +262,7 @@ fn request(stream: &mut TcpStream) -> io::Result<Vec<u8>> {
         match (delimited, flags & MORE != 0) {
             (false, true) if body.is_empty() => delimited = true,
             (true, false) => return Ok(body),
-            _ => return Err(wrong("a request must consist of an empty frame and one body")),
+            _ => return Err(wrong("a request must consist of an empty frame and a single body frame")),
         }
     }
 }
@@ -265,7 +274,7 @@ fn listen(stream: &mut TcpStream) -> io::Result<()> {
         match stream.read(&mut bytes) {
             Ok(0) => return Ok(()),
             Ok(_) => {}
-            // Publishing makes the socket non-blocking.
+            // The socket is non-blocking after the first published message.
             Err(e) if e.kind() == io::ErrorKind::WouldBlock => thread::sleep(LOOK),
             Err(e) => return Err(e),
         }

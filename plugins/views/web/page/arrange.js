@@ -12,7 +12,10 @@ import { host } from "tatu/view";
 
 /** @typedef {"x" | "y" | "z"} Axis */
 
-/** @param {number} id */
+/**
+ * Returns the bounding box of an object in the world frame; for an object without parts, its position.
+ * @param {number} id
+ */
 function boxOf(id) {
   const group = groups.get(id);
   const box = new THREE.Box3();
@@ -23,7 +26,7 @@ function boxOf(id) {
 }
 
 /**
- * Returns the call that moves an object by a vector in the world frame.
+ * Returns the command call that moves an object by a vector in the world frame.
  * @param {number} id
  * @param {THREE.Vector3} by
  * @returns {[string, ...unknown[]]}
@@ -33,13 +36,13 @@ function moveCall(id, by) {
   const at = group?.position.clone() ?? new THREE.Vector3();
   const turn = group?.parent?.getWorldQuaternion(new THREE.Quaternion()) ?? new THREE.Quaternion();
   at.add(by.clone().applyQuaternion(turn.invert()));
-  // Rounding removes noise from floating-point sums, which would appear in the scene file.
+  // Rounding removes floating-point noise, which would otherwise appear in the scene file.
   return ["tatu.set", id, "object.position", at.toArray().map((x) => Number(x.toFixed(6)) + 0)];
 }
 
 /**
- * Moves each selected object by the vector that `way` returns for its bounding box.
- * @param {string} word
+ * Moves each selected object by the vector that `way` returns for its bounding box and index.
+ * @param {string} word verb for the label of the edit
  * @param {(box: THREE.Box3, i: number) => THREE.Vector3} way
  */
 async function shift(word, way) {
@@ -50,15 +53,15 @@ async function shift(word, way) {
   await edit(`${word} ${named(ids)}`, moves.map(({ id, by }) => moveCall(id, by))).catch(tell);
 }
 
-/** @param {Axis} axis @param {number} x */
+/** Returns a vector of length `x` along an axis. @param {Axis} axis @param {number} x */
 function along(axis, x) {
   return new THREE.Vector3().setComponent("xyz".indexOf(axis), x);
 }
 
 /**
- * Aligns objects with the lower side, the middle or the upper side of the object that was selected last.
+ * Aligns the lower sides, middles or upper sides of the selected objects with that of the object selected last.
  * @param {Axis} axis
- * @param {number} part 0, 0.5 or 1
+ * @param {number} part 0: lower side; 0.5: middle; 1: upper side
  */
 function align(axis, part) {
   root.updateMatrixWorld(true);
@@ -67,13 +70,13 @@ function align(axis, part) {
   return shift("Align", (box) => along(axis, goal - side(box)));
 }
 
-/** Moves each object vertically so that its lowest point is at z = 0. */
+/** Moves each selected object vertically so that its lowest point is at z = 0. */
 function ground() {
   return shift("Put down", (box) => along("z", -box.min.z));
 }
 
 /**
- * Distributes the centres of objects evenly between the outermost ones.
+ * Distributes the centres of the selected objects evenly between the two outermost ones.
  * @param {Axis} axis
  */
 function spread(axis) {
@@ -86,7 +89,7 @@ function spread(axis) {
   return shift("Distribute", (box, i) => along(axis, (places.get(ids[i] ?? 0) ?? 0) - box.getCenter(new THREE.Vector3())[axis]));
 }
 
-/** Attaches the second selected object to the first one, without moving it. */
+/** Attaches the second selected object to the first one without moving it. */
 function assemble() {
   const [onto, part] = selection();
   if (onto === undefined || part === undefined || isBelow(onto, part)) return;
@@ -100,6 +103,7 @@ for (const name of ["x", "y", "z"]) axis.add(new Option(name, name));
 const along3 = () => /** @type {Axis} */ (axis.value);
 
 /**
+ * Adds a button to the toolbar.
  * @param {string} id
  * @param {string} name
  * @param {string} title
@@ -115,9 +119,9 @@ bar.append(make("span", { textContent: "Align" }), axis);
 button("align-low", "low", "Align the lower sides along the axis to those of the object selected last", () => align(along3(), 0));
 button("align-middle", "middle", "Align the middles along the axis", () => align(along3(), 0.5));
 button("align-high", "high", "Align the upper sides along the axis", () => align(along3(), 1));
-button("spread", "distribute", "Spread evenly along the axis", () => spread(along3()));
-button("ground", "to the ground", "Put the lowest point at height 0", ground);
-const assembly = button("assemble", "assemble", "Attach the object selected last to the one selected first, where it is", assemble);
+button("spread", "distribute", "Distribute the centres evenly along the axis", () => spread(along3()));
+button("ground", "to the ground", "Move the lowest point of each object to height 0", ground);
+const assembly = button("assemble", "assemble", "Attach the object selected last to the one selected first without moving it", assemble);
 
 function show() {
   const many = selection().length;

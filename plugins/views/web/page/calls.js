@@ -1,15 +1,15 @@
 // @ts-check
-// Pending calls, by number. This module does not need a page.
+// Tracks pending calls by their numbers. This module does not need a page.
 
 /** @import { ToPage } from "tatu/protocol" */
 
 /**
- * The error of a failed call.
+ * The error of a failed call, and advice on how to fix it.
  * @typedef {{ error: string, help?: string }} Failure
  */
 
 /**
- * Converts a thrown value to a failure.
+ * Converts any thrown value to a failure.
  * @param {unknown} thrown
  * @returns {Failure}
  */
@@ -19,7 +19,7 @@ export function failure(thrown) {
 }
 
 /**
- * Returns the text of an error for display, without the names of the commands that were called.
+ * Returns the message and help of an error for display, without the names of the commands that were called.
  * @param {unknown} thrown
  */
 export function reason(thrown) {
@@ -28,14 +28,14 @@ export function reason(thrown) {
   return help ? `${said}; ${help}` : said;
 }
 
-/** Calls that have not been answered yet. */
+/** The calls that have not been answered yet. */
 export class Calls {
   #last = 0;
   /** @type {Map<number, { what: string, good: (results: any[]) => void, bad: (failure: Failure) => void }>} */
   #waiting = new Map();
 
   /**
-   * Creates a call: returns its number, and a promise of its results. `what` is the name of the call in errors.
+   * Registers a call. Returns its number and a promise of its results; `what` describes the call in error messages.
    * @param {string} what
    * @returns {{ id: number, results: Promise<any[]> }}
    */
@@ -46,7 +46,7 @@ export class Calls {
   }
 
   /**
-   * Settles the call that a message answers; returns false if there is no such call.
+   * Settles the pending call that a message answers. Returns false if the message does not answer a pending call.
    * @param {ToPage} message
    */
   answer(message) {
@@ -68,18 +68,18 @@ export class Calls {
     }
   }
 
-  /** The number of pending calls. */
+  /** Returns the number of pending calls. */
   get size() {
     return this.#waiting.size;
   }
 }
 
 /**
- * Returns a function that sends values of which only the newest matters: at most one is in flight, and the last one is
- * always sent.
+ * Returns a function that sends values of which only the newest matters. While a value is being delivered, newer values
+ * replace each other; the last one is always sent.
  * @template T
  * @param {(value: T) => Promise<unknown>} deliver
- * @returns {(value: T) => Promise<void>} settled once nothing is left to send
+ * @returns {(value: T) => Promise<void>} the promise is settled when no value is left to be sent
  */
 export function newest(deliver) {
   /** @type {{ value: T } | null} */
@@ -94,7 +94,7 @@ export function newest(deliver) {
         try {
           await deliver(value);
         } catch (e) {
-          // The error is ignored if there is a newer value, which may succeed.
+          // The error does not matter if a newer value follows, which may succeed.
           if (!next) throw e;
         }
       }

@@ -1,5 +1,6 @@
 // @ts-check
-// Windows with camera images: images of scene cameras are rendered here, vision sensors send theirs.
+// Windows with camera images. Images of scene cameras are rendered by the page; those of vision sensors are received
+// from the program.
 
 import * as THREE from "three";
 import { make } from "tatu/dom";
@@ -14,13 +15,13 @@ import { want } from "tatu/wants";
 
 /** @typedef {{ object: string }} Spec */
 
-/** @param {number} id */
+/** Returns the description of the window for a camera or vision sensor. @param {number} id */
 export function cameraSpec(id) {
   return { object: pathOf(id) };
 }
 
 /**
- * Returns whether an object has an image that a window can show.
+ * Returns whether an object is a camera or a sensor with images.
  * @param {number} id
  */
 export function sees(id) {
@@ -50,13 +51,13 @@ function openCamera(spec) {
 }
 offer("camera", openCamera);
 
-/** Rotation between cameras of scenes, which look along +z with y up, and those of three.js, which look along -z. */
+/** Rotation from scene cameras, which look along +z with y up, to those of three.js, which look along -z. */
 const TURNED = new THREE.Quaternion(0, 1, 0, 0);
-/** Default field of view of a scene's camera, degrees. */
+/** Default field of view of a scene camera, degrees. */
 const ANGLE = 60;
 
 /**
- * Creates the image of a scene camera, which is rendered together with each image of the view.
+ * Creates the image of a scene camera, which is rendered whenever the view is.
  * @param {number} id
  */
 function drawn(id) {
@@ -97,9 +98,9 @@ const details = new Map();
 on("details", ({ object, rows }) => details.get(object)?.(rows));
 
 /**
- * Creates the image of a sensor that sends images.
+ * Creates the image of a vision sensor, and requests images from the program.
  * @param {number} id
- * @param {string} who
+ * @param {string} who unique name of the window
  */
 function sent(id, who) {
   const canvas = make("canvas", { className: "seen sent", width: 4, height: 3 });

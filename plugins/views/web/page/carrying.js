@@ -1,5 +1,6 @@
 // @ts-check
-// Moving objects by the mouse, by keys or by typed numbers: their exact poses, and sending new ones to the program.
+// Moves objects that the user drags, nudges or positions by typed numbers: reads their exact poses, and sends new poses
+// to the program.
 
 import { newest } from "tatu/calls";
 import { edit, named, together } from "tatu/edits";
@@ -10,15 +11,15 @@ import { scene, selection } from "tatu/store";
 import { redraw } from "tatu/view";
 
 /** @import { Pose } from "tatu/geometry" */
-/** @typedef {{ world: Pose, local: Pose }} Place The pose of an object in the world, and in the frame of its parent. */
+/** @typedef {{ world: Pose, local: Pose }} Place The pose of an object in the world frame and in its parent's frame. */
 
-/** Time for which a pose set by this page is shown after its edit, ms, because older frames may still be in flight. */
+/** Time for which frames are ignored after an edit of a pose, ms, because older frames may still be in flight. */
 const LATE = 200;
 /** Poses that frames must not overwrite, by object. @type {Map<number, Pose>} */
 const held = new Map();
 
 /**
- * Requests the exact pose of an object from the program, since poses in frames are rounded.
+ * Requests the exact pose of an object from the program, because poses in frames are rounded.
  * @param {number} id
  * @returns {Promise<Place>}
  */
@@ -27,7 +28,7 @@ export async function placeOf(id) {
   return { world, local };
 }
 
-/** Returns the selected objects without those below another selected one, which move with it. */
+/** Returns the selected objects, except those below another selected object, which move with that object. */
 export function carried() {
   const all = new Set(selection());
   return [...all].filter((id) => {
@@ -39,6 +40,7 @@ export function carried() {
 }
 
 /**
+ * Shows an object at a pose in its parent's frame.
  * @param {number} id
  * @param {Pose} pose
  */
@@ -50,13 +52,13 @@ function show(id, pose) {
 
 on("frame", () => held.forEach((pose, id) => show(id, pose)));
 
-/** Objects that are moved together from their initial poses; all changes form a single edit. */
+/** Objects that are moved together from their initial poses. All their motions form a single edit. */
 export class Carry {
   #merge = together();
   #label;
   #places;
   #send;
-  /** The target poses. @type {Map<number, Pose>} */
+  /** The target poses in the frames of the parents. @type {Map<number, Pose>} */
   #poses = new Map();
 
   /**
@@ -72,8 +74,8 @@ export class Carry {
   }
 
   /**
-   * Starts to move objects.
-   * @param {string} verb
+   * Requests the exact poses of objects, and starts to move them.
+   * @param {string} verb "Move" or "Turn"
    * @param {number[]} ids
    */
   static async take(verb, ids) {
@@ -90,8 +92,8 @@ export class Carry {
   }
 
   /**
-   * Applies a motion in the world frame to the initial poses of all objects; settled once the program has applied it.
-   * If several motions are queued, only the last one can fail.
+   * Applies a motion in the world frame to the initial poses of all objects. The promise is settled when the program
+   * has applied the motion. If several motions are queued, only the last one can fail.
    * @param {Pose} motion
    */
   async put(motion) {
@@ -117,7 +119,7 @@ export class Carry {
   }
 
   /**
-   * Lets frames update objects again, unless they have been moved again in the meantime.
+   * Lets frames update objects again, except those that have been moved again in the meantime.
    * @param {Map<number, Pose>} poses
    */
   #release(poses) {

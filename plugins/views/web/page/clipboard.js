@@ -1,5 +1,5 @@
 // @ts-check
-// Actions on the selection: delete, copy, cut, paste, duplicate, attach.
+// Actions on the selection: delete, copy, cut, paste, duplicate, attach, rename.
 
 import { edit, named, together } from "tatu/edits";
 import { line, tell } from "tatu/output";
@@ -7,11 +7,11 @@ import { groundAt, pointer } from "tatu/pointing";
 import { rights, scene, selectAll, selectWhenThere, selection, under } from "tatu/store";
 import { worldPosition } from "tatu/view";
 
-/** The copied or cut objects, without those below them. */
+/** The copied or cut objects, without the objects below them. */
 let held = { ids: /** @type {number[]} */ ([]), cut: false };
 
 /**
- * Returns whether an object is below another one in the tree.
+ * Returns whether the object `id` is below the object `top` in the tree.
  * @param {number} id
  * @param {number} top
  */
@@ -21,7 +21,7 @@ export function isBelow(id, top) {
 }
 
 /**
- * Removes objects that are below others of the list.
+ * Returns the given objects that exist, without those below another of them.
  * @param {number[]} ids
  */
 export function tops(ids) {
@@ -48,7 +48,7 @@ export async function remove() {
   }
 }
 
-/** @param {boolean} cut */
+/** Copies or cuts the selected objects. @param {boolean} cut */
 export function hold(cut) {
   const ids = tops(selection());
   if (!ids.length) return;
@@ -57,11 +57,11 @@ export function hold(cut) {
 }
 
 /**
- * Copies objects, and selects the copies.
- * @param {string} word
+ * Copies objects with all objects below them, and selects the copies.
+ * @param {string} word verb for the label of the edit
  * @param {number[]} ids
  * @param {number[]} by offset of the copies, m
- * @param {number} parent of copies whose own parent is not copied; 0: the world
+ * @param {number} parent of copies of objects with a parent that is not copied; 0: the world
  */
 async function copy(word, ids, by, parent) {
   const all = whole(ids);
@@ -95,7 +95,7 @@ export async function paste() {
   }
 }
 
-/** Copies the selected objects next to themselves, with the same parents. */
+/** Copies the selected objects to positions next to the originals, with the same parent if all have the same one. */
 export async function duplicate() {
   const ids = tops(selection());
   if (!rights.acts || !ids.length) return;
@@ -108,7 +108,7 @@ export async function duplicate() {
 }
 
 /**
- * Attaches objects to another one without moving them.
+ * Attaches objects to another object, or to the world, without moving them.
  * @param {number[]} ids
  * @param {number} parent 0: the world
  */

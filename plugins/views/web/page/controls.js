@@ -1,5 +1,5 @@
 // @ts-check
-// The controls for play, pause, step and stop, the speed, and the display of time.
+// The controls for play, pause, step, stop and speed, and the display of the simulation time.
 
 import { get } from "tatu/dom";
 import { on, send } from "tatu/net";
@@ -13,7 +13,7 @@ let state = "stopped";
 let speed = 1;
 let dt = 0.05;
 
-/** @param {Action} action */
+/** Sends a `run` request. @param {Action} action */
 export function act(action) {
   send({ type: "run", action });
 }
@@ -30,7 +30,7 @@ document.addEventListener("keydown", (e) => {
   e.preventDefault();
 });
 
-/** @param {boolean} faster */
+/** Changes to the next higher or lower speed. @param {boolean} faster */
 function turn(faster) {
   const next = faster ? SPEEDS.find((s) => s > speed) : SPEEDS.findLast((s) => s < speed);
   if (next) send({ type: "speed", speed: next });
@@ -50,7 +50,7 @@ on("state", (message) => {
 
 /**
  * Formats a time as hours:minutes:seconds with hundredths.
- * @param {number} t
+ * @param {number} t s
  */
 function clock(t) {
   const pad = (/** @type {number} */ x) => String(x).padStart(2, "0");
@@ -58,8 +58,8 @@ function clock(t) {
 }
 
 /**
- * Shows the length of a step, and how fast the simulation runs.
- * @param {number | null} factor
+ * Shows the length of a step, and the speed of the simulation.
+ * @param {number | null} factor multiple of real time; null: not shown
  */
 function pace(factor) {
   const step = `dt ${+(dt * 1000).toFixed(3)} ms`;
@@ -69,7 +69,7 @@ function pace(factor) {
 /** @type {{ now: number, time: number } | null} */
 let before = null;
 on("frame", (view) => {
-  // A stopped simulation is shown at time 0, from which the next run starts.
+  // While the simulation is stopped, time 0 is shown, at which the next run starts.
   const time = state === "stopped" ? 0 : timeOf(view);
   get("time").textContent = clock(time);
   const now = performance.now() / 1000;

@@ -1,6 +1,6 @@
 // @ts-check
-// Large scenes: equal parts are drawn by instancing, distant ones as boxes, and those that are too small to be visible
-// not at all.
+// Large scenes: equal parts are drawn by instancing. Distant parts are drawn as boxes, and parts that are too small to
+// be visible are omitted.
 
 import * as THREE from "three";
 import { lit } from "tatu/light";
@@ -9,39 +9,41 @@ import { lit } from "tatu/light";
 
 /** @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Body */
 /**
- * The group of an object: its parts, all its own children, and for joints the group that moves.
+ * The group of an object. `bodies` are the meshes of its parts, `own` all things that belong to the object itself, and
+ * `moved` the group that a joint moves.
  * @typedef {THREE.Group & { userData: { id: number, bodies: Body[], own: THREE.Object3D[], joint?: Joint, moved?: THREE.Group } }} ObjectGroup
  */
 /** @typedef {{ group: ObjectGroup, body: Body }} Placed */
 /** @typedef {Placed & { radius: number, center: THREE.Vector3, asBox: THREE.Matrix4 }} Drawn */
 /** @typedef {THREE.InstancedMesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Together */
 
-/** Number of parts above which a scene is large. */
+/** Number of parts above which a scene is large, so that instancing is used. */
 export const MANY = 1500;
-/** Size on the screen, in pixels, below which a part is drawn as a box, and below which it is not drawn. */
+/** Size on the screen, pixels, below which a part is drawn as a box. */
 const BOX = 14;
+/** Size on the screen, pixels, below which a part is not drawn. */
 const NOTHING = 2.5;
 
 /**
- * The instanced meshes, and things attached to objects while instancing is used. The renderer then skips the objects
- * themselves.
+ * The instanced meshes, and the things that are attached to objects. Used only while instancing is; the renderer then
+ * skips the groups of the objects.
  */
 export const crowd = new THREE.Group();
 /** @type {{ group: THREE.Object3D, thing: THREE.Object3D }[]} */
 let hanging = [];
 /**
- * For each form and colour: the parts, and the meshes that draw them exactly and as boxes.
+ * The parts by geometry and material, with the instanced meshes that draw them exactly (`near`) and as boxes (`far`).
  * @type {{ parts: Drawn[], near: Together, far: Together }[]}
  */
 let kinds = [];
-/** A box with 8 vertices instead of 24, which matters for rendering in software. */
+/** A box with 8 vertices instead of 24, which speeds up software rendering. */
 const box = new THREE.BufferGeometry();
 box.setAttribute("position", new THREE.Float32BufferAttribute([0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => [(i & 1) - 0.5, ((i >> 1) & 1) - 0.5, (i >> 2) - 0.5]), 3));
 box.setIndex([0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5]);
 const [product, frustum, sphere] = [new THREE.Matrix4(), new THREE.Frustum(), new THREE.Sphere()];
 
 /**
- * Returns a single-sided material for boxes, whose inside is never visible.
+ * Returns a single-sided material of the same color for boxes, because the inside of a box is never visible.
  * @param {THREE.MeshLambertMaterial} material
  */
 function plain(material) {
@@ -49,6 +51,7 @@ function plain(material) {
 }
 
 /**
+ * Adds a mesh for up to `n` instances.
  * @param {THREE.BufferGeometry} geometry
  * @param {THREE.MeshLambertMaterial} material
  * @param {number} n
@@ -105,7 +108,7 @@ export function isLarge() {
 }
 
 /**
- * Attaches a thing to the group of an object.
+ * Attaches a thing to the group of an object, with or without instancing.
  * @param {THREE.Object3D} group
  * @param {THREE.Object3D} thing
  */
@@ -120,7 +123,7 @@ export function hang(group, thing) {
 }
 
 /**
- * Ends the use of instancing.
+ * Switches instancing off.
  * @param {THREE.Object3D} root
  */
 export function scatter(root) {
@@ -138,6 +141,7 @@ export function scatter(root) {
 }
 
 /**
+ * Appends an instance of the object `id` with the matrix in `product`.
  * @param {Together} mesh
  * @param {number} id
  */
@@ -147,9 +151,9 @@ function put(mesh, id) {
 }
 
 /**
- * Updates the instances of all parts for a camera and an image with a height in pixels.
+ * Updates the instances of all parts for an image of a camera.
  * @param {THREE.PerspectiveCamera} camera
- * @param {number} height
+ * @param {number} height of the image, pixels
  */
 export function place(camera, height) {
   if (!kinds.length) return;
@@ -172,14 +176,14 @@ export function place(camera, height) {
     }
     for (const mesh of [near, far]) {
       mesh.instanceMatrix.needsUpdate = true;
-      // Computed again by the next raycast.
+      // The next raycast computes the bounding sphere again.
       mesh.boundingSphere = null;
     }
   }
 }
 
 /**
- * Returns the handle of the object that a ray has hit; 0: none.
+ * Returns the handle of the object that a ray has hit, or 0 if it is not part of the scene.
  * @param {THREE.Intersection} hit
  * @returns {number}
  */

@@ -1,5 +1,6 @@
 // @ts-check
-// The properties of the selected object in groups, with names, units and help; editable ones have fields.
+// The panel with the properties of the selected object: grouped, with names, units and help. Editable properties have
+// input fields.
 
 import { get, make } from "tatu/dom";
 import { edit, named } from "tatu/edits";
@@ -36,13 +37,13 @@ raw.onchange = () => {
   for (const { name, row } of lines.values()) name.textContent = called(row);
 };
 
-/** @param {Row} row */
+/** Returns the displayed name of a property. @param {Row} row */
 function called(row) {
   return raw.checked ? row.key : nameOf(row.key);
 }
 
 /**
- * Returns the list of a group; closed groups are remembered.
+ * Returns the element of a group, and creates it if necessary. Whether a group is open is remembered.
  * @param {string} name
  */
 function groupNamed(name) {
@@ -61,7 +62,7 @@ function groupNamed(name) {
 }
 
 /**
- * Sets a property as an edit.
+ * Sets a property of an object, which can be undone.
  * @param {number} id
  * @param {string} key
  * @param {unknown} value
@@ -73,8 +74,8 @@ async function set(id, key, value, merge) {
 }
 
 /**
- * Returns a text of everything that determines how a field is built; as long as it does not change, only the value is
- * updated.
+ * Returns a string that encodes everything that determines how a field is built. While it does not change, only the
+ * value of the field is updated.
  * @param {Row} row
  * @param {boolean} slides
  */
@@ -86,8 +87,9 @@ function signatureOf(row, slides) {
 }
 
 /**
+ * Creates the line of a property.
  * @param {Row} row
- * @param {boolean} slides
+ * @param {boolean} slides whether the object is a prismatic joint
  * @param {string} signature
  * @returns {Line}
  */
@@ -131,7 +133,7 @@ on("details", (message) => {
   const slides = message.rows.some((row) => row.key === "joint.type" && row.value === "prismatic");
   const gone = new Set(lines.keys());
   for (const row of message.rows) {
-    // Rows about the drive are omitted for objects without one.
+    // The drive is omitted for objects that do not have one.
     if (row.key === "object.drive" && !Object.keys(row.value ?? {}).length) continue;
     gone.delete(row.key);
     const signature = signatureOf(row, slides);
@@ -177,7 +179,7 @@ function clear() {
   listScripts();
 }
 
-// A button opens the window of a camera or graph.
+// The button that opens the window of a camera or graph.
 const larger = make("button", { type: "button", className: "larger", textContent: "In a window", hidden: true });
 larger.prepend(icon("windows"));
 larger.onclick = () => {

@@ -1,10 +1,10 @@
 // @ts-check
-// Dialogs that ask the user a question.
+// Modal dialogs that ask the user a question.
 
 import { make } from "tatu/dom";
 
 /**
- * Shows a dialog; returns a promise of the chosen button, or "" if the dialog was cancelled by Escape.
+ * Shows a dialog. Returns a promise of the name of the chosen button, or of "" if the user pressed Escape.
  * @param {string} title
  * @param {Node[]} content
  * @param {string[]} buttons the first one is chosen by Enter
@@ -31,7 +31,7 @@ export function choose(title, content, buttons, shown) {
 }
 
 /**
- * Asks a question.
+ * Asks a question. Returns a promise of the name of the chosen button, or of "" if the user pressed Escape.
  * @param {string} title
  * @param {string} text
  * @param {string[]} buttons
@@ -41,7 +41,8 @@ export function ask(title, text, buttons) {
 }
 
 /**
- * Asks for a text; returns a promise of it, or of null if the dialog was cancelled.
+ * Asks for a line of text. Returns a promise of the trimmed text, or of null if it is empty or the dialog was
+ * cancelled.
  * @param {string} title
  * @param {string} text
  * @param {string} value

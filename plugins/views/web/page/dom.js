@@ -2,7 +2,7 @@
 // Helper functions for DOM elements.
 
 /**
- * Returns the element with an id, which must be of the given class.
+ * Returns the element with the given id. Throws an error if it does not exist or is not of the given class.
  * @template {Element} [T=HTMLElement]
  * @param {string} id
  * @param {new () => T} [type]
@@ -16,7 +16,7 @@ export function get(id, type) {
 }
 
 /**
- * Creates an element with properties.
+ * Creates an element, and sets properties of it.
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag
  * @param {Partial<HTMLElementTagNameMap[K]>} [more]

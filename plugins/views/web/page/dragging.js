@@ -1,5 +1,5 @@
 // @ts-check
-// Buttons that choose, as in V-REP, whether a drag in the view turns the camera, pans or zooms.
+// Buttons that choose whether a drag in the view rotates, pans or zooms the camera, as in V-REP.
 
 import * as THREE from "three";
 import { get } from "tatu/dom";

@@ -1,5 +1,5 @@
 // @ts-check
-// Drawing objects of scripts and of graphs in the 3-D view.
+// Draws the drawing objects of scripts in the 3-D view, and the streams of the selected graph beside its properties.
 
 import * as THREE from "three";
 import { get } from "tatu/dom";
@@ -14,7 +14,7 @@ import { redraw, stage } from "tatu/view";
 const all = new THREE.Group();
 stage.add(all);
 
-/** @param {Drawing} d */
+/** Creates the drawing of a drawing object. @param {Drawing} d */
 function drawing(d) {
   const [red = 1, green = 0, blue = 0] = d.color;
   const color = new THREE.Color().setRGB(red, green, blue, THREE.SRGBColorSpace);

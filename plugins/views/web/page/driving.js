@@ -1,12 +1,12 @@
 // @ts-check
-// Arrow keys drive the selected robot, if it declares its drivetrain.
+// Drives the selected robot by the arrow keys, if it declares its drivetrain.
 
 import { get } from "tatu/dom";
 import { call } from "tatu/net";
 import { limited } from "tatu/edits";
 import { rights, scene, selected, watch } from "tatu/store";
 
-/** Wheel speeds for driving ahead and for turning on the spot, rad/s: a walking pace for wheels of 20 cm. */
+/** Wheel speeds for driving straight and for turning on the spot, rad/s. */
 const [AHEAD, TURN] = [4, 2];
 /** @type {{ [key: string]: [number, number] | undefined }} */
 const WAYS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
@@ -17,7 +17,7 @@ const pressed = new Set();
 let robot = null;
 let told = "";
 
-/** Returns the selected object, or the nearest object above it, that has a drivetrain. */
+/** Sets `robot` to the selected object or the nearest object above it that has a drivetrain, or to null. */
 async function find() {
   const before = robot;
   robot = null;
@@ -34,7 +34,7 @@ async function find() {
   }
 }
 
-/** @param {Robot} of */
+/** Stops a robot that is being driven. @param {Robot} of */
 function stop(of) {
   pressed.clear();
   if (told && told !== "0,0") call("tatu.drive", of.id, 0, 0, 0).catch(() => {});
@@ -52,7 +52,7 @@ function steer() {
   if (!robot || now === told) return;
   told = now;
   const way = ahead * AHEAD * robot.radius;
-  // A steered robot turns only while it drives, and in reverse it turns to the other side.
+  // An Ackermann robot turns only while it drives, and its turning direction is reversed when it drives backwards.
   const turn = robot.type === "ackermann" ? left * way * 0.8 / robot.wheelbase : left * 2 * TURN * robot.radius / robot.track;
   call("tatu.drive", robot.id, way, 0, turn).catch(() => {});
 }

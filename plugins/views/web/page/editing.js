@@ -29,7 +29,7 @@ const look = EditorView.theme({
 });
 
 /**
- * Creates a text field.
+ * Creates the text field of the script editor.
  * @param {{ parent: HTMLElement, text: string, complete: (context: CompletionContext) => CompletionResult | null, save: () => void, readOnly: boolean }} what
  */
 export function textField({ parent, text, complete, save, readOnly }) {
@@ -48,9 +48,9 @@ export function textField({ parent, text, complete, save, readOnly }) {
 }
 
 /**
- * Shows an error at a line.
+ * Marks a line with an error, instead of the line marked before.
  * @param {EditorView} view
- * @param {number} line from 1
+ * @param {number} line counted from 1
  * @param {string} message
  */
 export function markLine(view, line, message) {

@@ -1,5 +1,5 @@
 // @ts-check
-// The script editor: opening, completing and saving scripts.
+// The script editor: opens, completes and saves scripts.
 
 import { failure } from "tatu/calls";
 import { ask as question } from "tatu/dialogs";
@@ -16,18 +16,18 @@ import { resolve } from "tatu/versions";
 
 /** @type {EditorView | null} */
 let view = null;
-/** The module that created the text field. @type {typeof import("tatu/editing") | null} */
+/** The module that creates the text field, after it has been loaded. @type {typeof import("tatu/editing") | null} */
 let tools = null;
-/** @type {Script | null} */
+/** The script that was opened. @type {Script | null} */
 let open = null;
-/** The text of the script in the scene when it was opened or saved, and its version. */
+/** The source of the script in the scene when it was last opened or saved, and its version. */
 let base = { text: "", version: 0 };
-/** The script that is open in the editor. */
+/** Handle of the script whose source is in the text field; 0: none. */
 let shown = 0;
 /** @type {Command[] | null} */
 let commands = null;
 
-/** @param {CompletionContext} context */
+/** Completes the names of commands. @param {CompletionContext} context */
 function complete(context) {
   const word = context.matchBefore(/[\w.]+/);
   if (!word || (word.from === word.to && !context.explicit)) return null;
@@ -39,7 +39,7 @@ function complete(context) {
 }
 
 let filling = 0;
-/** @param {string} text */
+/** Creates the text field with a text. @param {string} text */
 async function fill(text) {
   const own = ++filling;
   view?.destroy();
@@ -57,7 +57,7 @@ function isUnsaved() {
   return rights.acts && view !== null && shown !== 0 && view.state.doc.toString() !== base.text;
 }
 
-/** Asks what to do with unsaved changes; returns a promise of whether the script may be closed. */
+/** Asks what to do with unsaved changes, if any. Returns a promise of whether the script may be closed. */
 async function mayLeave() {
   if (!isUnsaved() || !open) return true;
   const chosen = await question("Save the script?", `${open.name} has changes that are not in the scene.`, ["Save", "Discard", "Cancel"]);
@@ -86,7 +86,7 @@ on("script", ({ script, text, version }) => {
   if (open?.id !== script) return;
   const own = view?.state.doc.toString();
   if (view && shown === script && own !== base.text) {
-    // A text saved by another client does not replace unsaved changes here.
+    // The editor has unsaved changes, which must not be replaced by the source that another client has saved.
     if (own === text) base = { text, version };
     else if (version !== base.version) line("Status", `${open.name} was changed elsewhere: saving it will show both texts`, "warning");
     return;
@@ -97,14 +97,15 @@ on("script", ({ script, text, version }) => {
   fill(text);
 });
 
-// After a reconnection, the text in the editor remains, and belongs to the script with the same name.
+// After a reconnection, the text in the editor is kept. It is assigned to the script with the same name, because
+// handles may have changed.
 let again = false;
 on("again", () => {
   again = true;
   commands = null;
 });
 
-/** Requests the text of the open script again if it has changed. */
+/** Requests the source of the open script again if the script has changed in the scene. */
 function follow() {
   const all = [...scene.scripts, ...[...scene.objects.values()].flatMap((o) => o.scripts ?? [])];
   if (again && open) {
@@ -128,7 +129,7 @@ watch("scene", () => {
 });
 
 /**
- * Marks the line that an error message refers to: "name:12: message".
+ * Marks the line that an error message such as "name:12: message" refers to, or the first line.
  * @param {string} text
  */
 function mark(text) {
@@ -138,7 +139,7 @@ function mark(text) {
   tools?.markLine(view, Math.max(1, n), text);
 }
 
-/** Saves the text to the scene; returns a promise of whether that succeeded. */
+/** Saves the text to the scene. Returns a promise of whether the script in the scene is up to date. */
 async function save() {
   if (!view || !open || !rights.acts) return false;
   tools?.unmark(view);
@@ -146,11 +147,11 @@ async function save() {
 }
 
 /**
- * Replaces a version of a script in the scene by a text. If another client has saved a different text in the meantime,
- * the user chooses one of the two.
+ * Replaces the source of a script in the scene. If another client has saved a different source in the meantime, the
+ * user chooses one of the two.
  * @param {Script} script
  * @param {string} text
- * @param {number} from
+ * @param {number} from version from which `text` was written
  * @returns {Promise<boolean>}
  */
 async function put(script, text, from) {

@@ -1,6 +1,6 @@
 // @ts-check
-// Edits of the scene. Each can be undone, and has a label. All changes that a user makes to the scene go through this
-// module.
+// Edits of the scene. Each edit has a label and can be undone. All changes that a user makes to the scene must be made
+// by this module.
 
 import { call, on } from "tatu/net";
 import { scene } from "tatu/store";
@@ -10,7 +10,7 @@ import { scene } from "tatu/store";
 /** @typedef {Omit<Messages["state"], "type" | "speed" | "dt">} Known */
 
 /**
- * The state of undo and redo and of unsaved edits, as last reported by the program.
+ * The state of undo, redo and unsaved edits, as last reported by the program.
  * @type {Known}
  */
 export const known = { undo: null, redo: null, unsaved: false, file: "", on_disk: false, recovery: null, state: "stopped" };
@@ -18,7 +18,7 @@ export const known = { undo: null, redo: null, unsaved: false, file: "", on_disk
 const watchers = [];
 
 /**
- * Calls `f` when the state of edits changes.
+ * Calls `f` whenever the program reports the state of edits.
  * @param {(known: Known) => void} f
  */
 export function watchEdits(f) {
@@ -32,7 +32,7 @@ on("state", ({ undo, redo, unsaved, file, on_disk, recovery, state }) => {
 
 let limits = false;
 /**
- * Sets whether only scripts may be changed.
+ * Sets whether users may change only scripts, as in exercises.
  * @param {boolean} scriptsOnly
  */
 export function limit(scriptsOnly) {
@@ -40,15 +40,15 @@ export function limit(scriptsOnly) {
   document.body.classList.toggle("limited", limits);
 }
 
-/** Returns whether only scripts may be changed. */
+/** Returns whether users may change only scripts. */
 export function limited() {
   return limits;
 }
 
 /**
- * Calls commands as one edit; returns a promise of the list of results of each call. Consecutive edits with the same
- * label and the same `merge`, such as those of a drag, are undone together.
- * @param {string} label description that can follow the word "Undo"
+ * Calls commands as a single edit. Returns a promise of the results of each call. Consecutive edits with the same label
+ * and the same nonempty `merge`, such as those of a drag, are undone together.
+ * @param {string} label description that can follow the word "Undo", such as "Move box"
  * @param {Call[]} calls
  * @param {string} [merge]
  * @returns {Promise<any[][]>}
@@ -59,18 +59,18 @@ export async function edit(label, calls, merge = "") {
   return results;
 }
 
-/** Undoes the last edit; returns a promise of its label, or of null if there is no edit to undo. */
+/** Undoes the last edit. Returns a promise of its label, or of null if there is no edit to undo. */
 export async function undo() {
   return (await call("tatu.undo"))[0] ?? null;
 }
 
-/** Redoes the last undone edit; returns a promise of its label, or of null if there is no edit to redo. */
+/** Redoes the edit that was undone last. Returns a promise of its label, or of null if there is no edit to redo. */
 export async function redo() {
   return (await call("tatu.redo"))[0] ?? null;
 }
 
 /**
- * Describes objects for a label.
+ * Returns a description of objects for a label: the name of a single object, or the number of objects.
  * @param {number[]} ids
  */
 export function named(ids) {

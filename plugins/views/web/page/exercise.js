@@ -1,6 +1,6 @@
 // @ts-check
-// Exercises: a task with goals that a teacher adds to a scene, limits on what a student may change, and a file to hand
-// in.
+// Exercises: a task with goals that a teacher adds to a scene, limits on what students may change, and the file that
+// they hand in.
 
 import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
@@ -18,8 +18,9 @@ import { pack } from "tatu/zip";
 /** @typedef {{ text: string, state: "open" | "reached" | "failed", time: number }} Goal */
 /** @typedef {{ object: number, task: string, goals: string, change: string }} Exercise */
 
-/** The object that contains an exercise, and the tags of its custom data. */
+/** Pattern of the name of the object that contains an exercise. */
 const ALIAS = /^Exercise\d*$/;
+/** Tags of the custom data of that object. */
 const TAGS = /** @type {const} */ ({ task: "exercise.task", goals: "exercise.goals", change: "exercise.change" });
 const MARKS = { open: "\u25CB", reached: "\u2713", failed: "\u2717" };
 
@@ -27,12 +28,12 @@ const MARKS = { open: "\u25CB", reached: "\u2713", failed: "\u2717" };
 let exercise = null;
 /** @type {Goal[]} */
 let goals = [];
-/** Whether a teacher has lifted the limits of this exercise. */
+/** Whether the limits of this exercise were lifted in order to edit it. */
 let lifted = false;
 /** @type {(() => void) | null} */
 let refresh = null;
 
-/** The goals before a run: the text before the last colon of a line, or the whole line. */
+/** Returns the goals before a run. The text of each is the part of its line before the last colon, or the whole line. */
 function planned() {
   const lines = (exercise?.goals ?? "").split(/\r?\n/).map((l) => l.trim()).filter(Boolean);
   return lines.map((l) => ({ text: l.match(/^(.*):\s/)?.[1] ?? l, state: /** @type {const} */ ("open"), time: -1 }));
@@ -87,7 +88,7 @@ export function showExercise() {
 }
 
 /**
- * Returns a text as a string literal of a scene file.
+ * Returns a string as a literal for a scene file.
  * @param {string} text
  */
 const quoted = (text) => JSON.stringify(text).replace(/\u007f/g, "\\u007f");
@@ -119,7 +120,7 @@ async function write() {
   lifted = true;
   try {
     if (exercise) {
-      // Other custom data of the object are retained.
+      // Other custom data of the object is retained.
       const [before] = await call("tatu.get", exercise.object, "object.data");
       await edit("Change exercise", [["tatu.set", exercise.object, "object.data", { ...before, ...data }]]);
     } else {
@@ -128,14 +129,14 @@ async function write() {
       const text = `format = 1\n[[object]]\nkind = "dummy"\nalias = "Exercise"\ndata = { ${entries} }\nscript = { text = ${quoted(script)} }\n`;
       await edit("Add exercise", [["tatu.add", text]]);
     }
-    // Edits of custom data do not trigger a scene message.
+    // The program does not send a message when custom data has changed.
     look();
   } catch (thrown) {
     tell(thrown);
   }
 }
 
-/** Requests the exercise of the scene. */
+/** Requests the exercise of the scene, if there is one. */
 function look() {
   const carrier = [...scene.objects.values()].find((o) => ALIAS.test(o.alias));
   if (carrier) send({ type: "data", object: carrier.id });
@@ -172,7 +173,7 @@ on("event", ({ name, payload }) => {
   } else if (name === "edited") look();
 });
 
-/** Pending requests for the texts of scripts. @type {Map<number, (text: string) => void>} */
+/** Callbacks of pending requests for script sources, by script. @type {Map<number, (text: string) => void>} */
 const texts = new Map();
 on("script", ({ script, text }) => {
   texts.get(script)?.(text);
@@ -180,7 +181,7 @@ on("script", ({ script, text }) => {
 });
 
 /**
- * Requests the text of a script.
+ * Requests the source of a script.
  * @param {Script} script
  * @returns {Promise<string>}
  */
@@ -191,13 +192,13 @@ function textOf(script) {
   });
 }
 
-/** Returns the scripts of a scene with the objects that they belong to, without that of the exercise. */
+/** Returns all scripts of the scene and of its objects, except that of the exercise. */
 function scripts() {
   const own = [...scene.objects.values()].filter((o) => o.id !== exercise?.object);
   return [...scene.scripts, ...own.flatMap((o) => o.scripts ?? [])];
 }
 
-/** Saves a student's work as a file: scripts, the film and the goals of the last run. */
+/** Saves a student's work as a zip file with the scripts, and the film and goals of the last run. */
 async function handIn() {
   const film = known.state === "stopped" ? await lastFilm() : null;
   if (!film) {

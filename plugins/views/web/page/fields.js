@@ -1,6 +1,6 @@
 // @ts-check
-// The field of a property, which shows the value, accepts a new one, and shows why a value was refused. Text that is
-// being typed is never replaced, and the focus does not move.
+// The field of a property. It shows the value, accepts a new one, and reports why a value was refused. Text that is
+// being typed is never replaced, and updates do not move the focus.
 
 import { newest, reason } from "tatu/calls";
 import { make } from "tatu/dom";
@@ -10,17 +10,18 @@ import { link, shown } from "tatu/values";
 
 /** @import { Row } from "tatu/protocol" */
 /**
- * The data that a field needs about its property.
+ * A property for which a field is created. `set` sets the property to a value.
  * @typedef {{ row: Row, name: string, unit: { text: string, factor: number }, settable: boolean,
  *   set: (value: unknown, merge?: string) => Promise<unknown> }} Property
  */
 /**
- * A field: its element, whether it needs the full width, and the function that updates its value.
+ * A field: its element, whether the element needs the full width of the panel, and the function that shows a new value.
  * @typedef {{ element: HTMLElement, wide: boolean, update: (value: unknown) => void }} Field
  */
 
 /**
- * Waits until a property has been set; `tell` gets the reason if it was refused, otherwise an empty text.
+ * Waits until a property has been set, and marks the element as invalid if the value was refused. Calls `tell` with the
+ * reason, or with an empty string if the value was accepted. Returns a promise of whether it was.
  * @param {Promise<unknown>} done
  * @param {HTMLElement} element
  * @param {(why: string) => void} tell
@@ -39,12 +40,12 @@ async function attempt(done, element, tell) {
 }
 
 /**
- * Creates a text field. Its text is accepted by Enter, by Ctrl+Enter if it may have several lines, or when the field
- * loses the focus; Escape restores the old text.
+ * Creates a text field. Enter, or Ctrl+Enter in a field with several lines, applies the text, and so does moving the
+ * focus away; Escape restores the last value.
  * @param {string} label
- * @param {(text: string) => Promise<unknown>} take
+ * @param {(text: string) => Promise<unknown>} take applies a text
  * @param {(why: string) => void} tell
- * @param {boolean} [isLong]
+ * @param {boolean} [isLong] whether the field has several lines
  */
 export function typed(label, take, tell, isLong = false) {
   const element = isLong ? make("textarea", { rows: 4 }) : make("input", { type: "text", autocomplete: "off" });
@@ -77,7 +78,7 @@ export function typed(label, take, tell, isLong = false) {
 }
 
 /**
- * Parses a typed number.
+ * Parses a typed number. Throws a failure if it is invalid.
  * @param {string} text
  * @param {{ text: string, factor: number }} unit
  */
@@ -88,7 +89,8 @@ function number(text, unit) {
 }
 
 /**
- * Returns a function that sets a property to the values of a slider; outdated values are skipped.
+ * Returns a function that sets a property to successive values of a slider. Values that are outdated before they are
+ * sent are skipped.
  * @param {Property["set"]} set
  */
 function sliding(set) {
@@ -221,7 +223,7 @@ function fixedField({ row, unit }) {
   return {
     element, wide: formOf(row) === "table" || (Array.isArray(row.value) && row.value.length > 2),
     update: (v) => {
-      // An unchanged value is not rebuilt, so that its links keep the focus.
+      // The elements of an unchanged value are kept, so that links in it keep the focus.
       if (JSON.stringify(v) === known) return;
       known = JSON.stringify(v);
       const hasUnit = !isObject && unit.text && (typeof v === "number" || (Array.isArray(v) && v.length > 0));
@@ -245,7 +247,7 @@ const SETTABLE = {
 /**
  * Creates the field of a property.
  * @param {Property} property
- * @param {(why: string) => void} tell shows why a value was refused; gets an empty text if it was accepted
+ * @param {(why: string) => void} tell shows why a value was refused; called with an empty string if it was accepted
  * @returns {Field}
  */
 export function fieldOf(property, tell) {

@@ -1,5 +1,5 @@
 // @ts-check
-// Plays a recording, and seeks to any time in it.
+// Plays the recording of a film.
 
 import { get } from "tatu/dom";
 import { say, tell } from "tatu/film_net";
@@ -19,14 +19,14 @@ import { hitAt, renderer } from "tatu/view";
 /** @import { Reading, SceneObject, ToPage } from "tatu/protocol" */
 
 /**
- * The motion of objects: times and values, by the key of their frame entries.
+ * The motion of objects: the recorded times and values of each frame entry, by the key of the entry.
  * @type {Map<number, { times: number[], values: Float64Array[] }>}
  */
 const tracks = new Map();
 /** @typedef {{ time: number, message: ToPage }} Told */
-/** Scenes, events and drawings with their times; readings are stored by sensor. @type {Told[]} */
+/** The complete scenes. @type {Told[]} */
 const scenes = [];
-/** Objects with changes other than motion. @type {{ time: number, objects: SceneObject[] }[]} */
+/** Objects that have changed in other ways than by moving. @type {{ time: number, objects: SceneObject[] }[]} */
 const changes = [];
 /** @type {Told[]} */
 const events = [];
@@ -38,13 +38,14 @@ const slider = get("slider", HTMLInputElement);
 const rate = get("rate", HTMLSelectElement);
 let end = 0;
 
-// A click selects the object under the pointer; a drag turns the camera.
+// A click selects the object under the pointer; a drag rotates the camera instead.
 let down = { x: 0, y: 0 };
 renderer.domElement.addEventListener("pointerdown", (e) => { down = { x: e.clientX, y: e.clientY }; });
 renderer.domElement.addEventListener("pointerup", (e) => {
   if (Math.hypot(e.clientX - down.x, e.clientY - down.y) <= 4) select(hitAt(e)?.id ?? 0);
 });
 
+/** Returns a promise of the decompressed recording. */
 async function unpack() {
   const packed = Uint8Array.from(atob(get("recording").textContent ?? ""), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -52,9 +53,10 @@ async function unpack() {
 }
 
 /**
+ * Stores the entries of a frame.
  * @param {DataView} view
- * @param {number} from
- * @param {number} time
+ * @param {number} from offset of the frame, bytes
+ * @param {number} time s
  */
 function frame(view, from, time) {
   const count = view.getUint32(from + 16, true);
@@ -71,8 +73,9 @@ function frame(view, from, time) {
 }
 
 /**
+ * Stores a text message, or delivers it if it does not depend on time.
  * @param {ToPage} message
- * @param {number} time
+ * @param {number} time s
  */
 function text(message, time) {
   if (message.type === "scene") scenes.push({ time, message });
@@ -88,7 +91,7 @@ function text(message, time) {
   } else say(message);
 }
 
-/** @param {DataView<ArrayBuffer>} view */
+/** Reads all records of the recording. @param {DataView<ArrayBuffer>} view */
 function read(view) {
   for (let at = 0; at + 13 <= view.byteLength;) {
     const length = view.getUint32(at, true);
@@ -103,10 +106,10 @@ function read(view) {
 }
 
 /**
- * Returns the index of the last of `n` sorted times that is not after `t`, or -1 if there is none.
+ * Returns the index of the last of `n` sorted times that is not after `t`, or -1 if all are.
  * @param {number} n
  * @param {number} t
- * @param {(i: number) => number | undefined} time
+ * @param {(i: number) => number | undefined} time returns the time with an index
  */
 function last(n, t, time) {
   let [low, high] = [0, n];
@@ -119,11 +122,12 @@ function last(n, t, time) {
 }
 
 /**
- * Like `last`, for an array of entries with times.
+ * Returns the index of the last entry of an array that is not after `t`, or -1 if all are.
  * @param {{ time: number }[]} all
  * @param {number} t
  */
 const lastOf = (all, t) => last(all.length, t, (i) => all[i]?.time);
+/** Tolerance for rounding errors in times, s. */
 const HAIR = 1e-9;
 let now = 0;
 let shown = { scene: -1, change: -1, drawing: -1, events: 0 };
@@ -140,7 +144,7 @@ function seek(time) {
   const anew = scene !== shown.scene || change < shown.change;
   if (whole && anew) say(whole.message);
   if (whole && (anew || change > shown.change)) {
-    // The last scene before this time includes all earlier changes.
+    // The scene includes all changes before its own time.
     const since = changes.slice(anew ? 0 : shown.change + 1, change + 1).filter((c) => c.time >= whole.time);
     const newest = new Map(since.flatMap((c) => c.objects).map((o) => [o.id, o]));
     if (newest.size) say({ type: "objects", objects: [...newest.values()] });
@@ -209,6 +213,6 @@ document.addEventListener("keydown", (e) => {
 read(await unpack());
 slider.max = String(end);
 seek(0);
-// For tests and links: film.html#12.5 starts at 12.5 s.
+// The hash of the address sets the initial time: film.html#12.5 starts at 12.5 s.
 const begin = Number(location.hash.slice(1));
 if (begin > 0) seek(Math.min(begin, end));

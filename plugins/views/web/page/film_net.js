@@ -1,5 +1,5 @@
 // @ts-check
-// Replaces the connection in a film: recorded messages are delivered as if they had just arrived.
+// Replaces the module `net` in a film: delivers recorded messages as if they had just been received.
 
 /** @import { FromPage, ToPage } from "tatu/protocol" */
 /** @import { Messages } from "tatu/net" */
@@ -8,7 +8,8 @@
 const handlers = new Map();
 
 /**
- * Calls `f` with each message of a kind: the `type` of its JSON, or "frame" or "mesh".
+ * Calls `f` with each message of a kind. For text messages, the kind is their `type`; for binary ones, it is "frame",
+ * "mesh" or "texture".
  * @template {keyof Messages} K
  * @param {K} kind
  * @param {(message: Messages[K]) => void} f
@@ -38,7 +39,7 @@ export function say(message) {
 }
 
 /**
- * Does nothing: there is no program to send messages to.
+ * Does nothing, because a film is not connected to a program.
  * @param {FromPage} _message
  */
 export function send(_message) {
@@ -46,6 +47,7 @@ export function send(_message) {
 }
 
 /**
+ * Throws a failure, because a film is not connected to a program.
  * @param {string} _name
  * @param {...unknown} _args
  * @returns {Promise<any[]>}

@@ -1,18 +1,18 @@
 // @ts-check
-// Shows the scripts of a film, read-only.
+// Replaces the module `editor` in a film: shows scripts read-only.
 
 import { get } from "tatu/dom";
 import { on } from "tatu/net";
 
 /** @import { Script } from "tatu/protocol" */
 
-/** @type {Map<number, string>} */
+/** The sources of scripts, by handle. @type {Map<number, string>} */
 const texts = new Map();
 
 on("script", ({ script, text }) => texts.set(script, text));
 
 /**
- * Shows the text of a script.
+ * Shows the source of a script.
  * @param {Script} script
  */
 export function openScript(script) {

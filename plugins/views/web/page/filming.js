@@ -1,6 +1,6 @@
 // @ts-check
-// The button for films: records from the next start, or during a run from now on, until the stop; then the browser
-// saves the film as a page.
+// The button that records films. A recording starts at the next start of the simulation, or immediately during a run,
+// and ends when the simulation is stopped; then the browser saves the film as a page.
 
 import { get } from "tatu/dom";
 import { known } from "tatu/edits";
@@ -10,27 +10,28 @@ import { rights, scene, watch } from "tatu/store";
 import { download } from "tatu/table";
 
 const button = get("film", HTMLButtonElement);
+/** Whether the user has requested a film. */
 let filming = false;
-/** Whether each run is filmed, as exercises require, and the film of the last run. */
+/** Whether each run is filmed, as exercises require. */
 let always = false;
-/** @type {Blob | null} */
+/** The film of the last run. @type {Blob | null} */
 let last = null;
 
 function mark() {
   button.disabled = !rights.acts;
   button.setAttribute("aria-pressed", String(filming));
-  button.title = filming ? "Filming: the stop, or a click, saves the film" : "Film the run, as a page that shows it without the program";
+  button.title = filming ? "Recording a film: it is saved when the simulation stops or at a click" : "Record the run as a page that plays it without the program";
 }
 
 function begin() {
   return ask({ type: "film", on: true }, "filming").catch(tell);
 }
 
-/** Ends a recording; returns a promise of the film, or of null if nothing ran. */
+/** Ends a recording. Returns a promise of the film, or of null if the simulation has not run. */
 async function end() {
   try {
     const [page, full] = await ask({ type: "film", on: false }, "the film");
-    if (typeof full === "number") line("Status", `The film ends at ${full.toFixed(1)} s: it became too large`, "warning");
+    if (typeof full === "number") line("Status", `The film ends at ${full.toFixed(1)} s, because it became too large`, "warning");
     if (typeof page !== "string") return null;
     return new Blob([Uint8Array.from(atob(page), (c) => c.charCodeAt(0))], { type: "text/html" });
   } catch (thrown) {
@@ -39,14 +40,14 @@ async function end() {
   }
 }
 
-/** Returns a file name based on that of the scene. @param {string} ending */
+/** Returns the name of the scene's file with another ending, for a file to be saved. @param {string} ending */
 export function nameFor(ending) {
   const name = known.file.split(/[\\/]/).pop()?.replace(/\.\w+$/, "") || "scene";
   return `${name}${ending}`;
 }
 
 /**
- * Sets whether each run is filmed from now on, for `lastFilm`.
+ * Sets whether each run is filmed from now on. `lastFilm` returns the films.
  * @param {boolean} is
  */
 export function filmAlways(is) {
@@ -56,15 +57,16 @@ export function filmAlways(is) {
   else if (!filming) end();
 }
 
-/** Settled when the film that has just ended has been processed. */
+/** Settled when the film that ended last has been received. */
 let finishing = Promise.resolve();
 
-/** Returns a promise of the film of the last run if each run is filmed, or of null if there is none. */
+/** Returns a promise of the film that was recorded last in this scene, or of null if there is none. */
 export async function lastFilm() {
   await finishing;
   return last;
 }
 
+/** Ends the recording when the simulation has stopped, and saves the film if the user has requested it. */
 async function finish() {
   const film = await end();
   if (film) last = film;
@@ -74,7 +76,7 @@ async function finish() {
     if (film) {
       download(film, nameFor(".html"));
       line("Status", `The film ${nameFor(".html")} has ${(film.size / 1e6).toFixed(1)} MB; any browser shows it`);
-    } else line("Status", "There is no film: nothing ran", "warning");
+    } else line("Status", "There is no film, because the simulation has not run", "warning");
   }
   if (always) await begin();
 }
@@ -92,7 +94,7 @@ button.onclick = async () => {
 };
 on("event", ({ name }) => { if (name === "stopped" && (filming || always)) finishing = finish(); });
 watch("scene", () => { if (scene.another) last = null; });
-// The program forgets requests when the connection is lost.
+// The program ends the recording when the connection is lost.
 on("again", () => {
   filming = false;
   mark();

@@ -1,11 +1,11 @@
 // @ts-check
-// Windows in the view, which can be moved by their title, resized at their corner, and closed. The one that was last
-// used is in front.
+// Windows over the view, which can be moved by their title bar, resized at a corner, and closed. The window that was
+// used last is in front.
 
 import { get, make } from "tatu/dom";
 
 /**
- * A window, and the element for its content.
+ * A window: its element, its title bar and title, the element for its content, and a function that closes it.
  * @typedef {{ box: HTMLElement, bar: HTMLElement, title: HTMLElement, body: HTMLElement, close: () => void }} Floating
  */
 
@@ -17,7 +17,7 @@ const EDGE = 10;
 let front = 2;
 
 /**
- * Moves a window to a position, clamped so that it can always be reached.
+ * Moves a window to a position in the view, clamped so that its title bar remains within the view.
  * @param {HTMLElement} box
  * @param {number} x
  * @param {number} y
@@ -28,8 +28,8 @@ function put(box, x, y) {
 }
 
 /**
- * Returns a position at which a new window covers no other one: at the right, or further to the left; if there is none,
- * with a small offset from the last window.
+ * Returns a position at which a new window does not cover another one, as far to the right as possible. If there is
+ * none, returns one with a small offset that depends on the number of windows.
  * @param {HTMLElement} box
  */
 function room(box) {
@@ -48,10 +48,10 @@ function room(box) {
 }
 
 /**
- * Makes a window movable by its title. Keys and clicks in it do not reach the view behind it.
+ * Makes a window movable by its title bar. The view behind the window does not receive its keyboard and pointer events.
  * @param {HTMLElement} box
- * @param {HTMLElement} bar
- * @param {() => void} [moved]
+ * @param {HTMLElement} bar the title bar
+ * @param {() => void} [moved] called at the end of a drag
  */
 export function movable(box, bar, moved = () => {}) {
   for (const kind of ["keydown", "pointerdown", "pointerup", "wheel", "dblclick"]) box.addEventListener(kind, (e) => e.stopPropagation());
@@ -72,7 +72,7 @@ export function movable(box, bar, moved = () => {}) {
 const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /**
- * Opens a window of the page. Its last position and size are remembered under `key`.
+ * Opens a window. Its position and size are stored in the browser under `key`.
  * @param {{ key: string, title: string, width: number, height?: number, closed: () => void }} what
  * @returns {Floating}
  */
@@ -122,7 +122,7 @@ export function floating({ key, title: text, width, height, closed }) {
   return { box, bar, title, body, close };
 }
 
-// When the view shrinks, windows are moved so that they remain completely visible if they fit.
+// When the size of the view changes, windows are moved into the view if they fit.
 new ResizeObserver(() => {
   if (!host.clientWidth) return;
   for (const box of host.querySelectorAll(".pane")) {

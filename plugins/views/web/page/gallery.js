@@ -1,5 +1,5 @@
 // @ts-check
-// The gallery of scenes, in which a scene is opened.
+// The gallery: a dialog in which the user opens a scene.
 
 import { failure } from "tatu/calls";
 import { get, make } from "tatu/dom";
@@ -15,8 +15,9 @@ const dialog = get("dialog", HTMLDialogElement);
 const files = get("files");
 const find = get("find-scene", HTMLInputElement);
 
+/** Opens the gallery. */
 export function browse() {
-  // The picture of the open scene is updated first.
+  // The list includes the picture of the open scene, so the picture is updated first.
   sendPicture();
   send({ type: "files" });
   find.value = "";
@@ -26,7 +27,7 @@ export function browse() {
 /**
  * Opens a scene after asking about unsaved changes.
  * @param {string} file
- * @param {boolean} [asked] whether the user was already asked about unsaved changes
+ * @param {boolean} [asked] whether the user has already been asked
  */
 export async function openScene(file, asked = false) {
   sendPicture();
@@ -41,7 +42,7 @@ export async function openScene(file, asked = false) {
 }
 
 /**
- * Returns the displayed name of a scene: the name of its file, or that of the model for the demo of a model.
+ * Returns the displayed name of a scene: the name of its file, or the name of the model for the demo of a model.
  * @param {string} file
  */
 function title(file) {
@@ -51,7 +52,7 @@ function title(file) {
   return name.replaceAll("_", " ");
 }
 
-/** @param {SceneFile} entry */
+/** Creates the card of a scene. @param {SceneFile} entry */
 function card({ file, about, try: toTry, picture }) {
   const li = make("li");
   const b = make("button", { className: "scene" });
@@ -66,7 +67,7 @@ function card({ file, about, try: toTry, picture }) {
 }
 
 /**
- * Shows a heading and its cards.
+ * Creates a section of the gallery: a heading and cards.
  * @param {string} name
  * @param {SceneFile[]} all
  */
@@ -87,12 +88,12 @@ on("files", ({ files: all, folder }) => {
     const cards = all.filter((f) => f.in === key);
     return cards.length ? [section(name, cards)] : [];
   });
-  none.textContent = shown.length ? "No scene is like this." : "There are no scenes here: drop one on the page.";
+  none.textContent = shown.length ? "No scene matches the search." : "No scenes were found: drop one on the page.";
   files.replaceChildren(...shown, none);
   sift();
 });
 
-/** Shows only the cards that contain all words of the search text. */
+/** Hides the cards that do not contain all words of the search text. */
 function sift() {
   const words = find.value.toLowerCase().split(/\s+/);
   let any = false;

@@ -1,13 +1,14 @@
 // @ts-check
-// Positions and rotations, and their conversion for display and input. This module does not need a page.
+// Calculates with positions, rotations and poses, and converts rotations for display and input. This module does not
+// need a page.
 
 /** @typedef {[number, number, number]} Vec3 */
-/** @typedef {[number, number, number, number]} Quat x y z w */
+/** @typedef {[number, number, number, number]} Quat quaternion: x, y, z, w */
 
 const DEG = 180 / Math.PI;
 
 /**
- * Rounds to a multiple of a step; a step of 0 leaves the number unchanged.
+ * Rounds a number to a multiple of a step; a step of 0 leaves it unchanged.
  * @param {number} x
  * @param {number} step
  */
@@ -40,7 +41,7 @@ export function toDegrees(q) {
 }
 
 /**
- * Converts angles in degrees about x, y and z to a quaternion; the inverse of `toDegrees`.
+ * Converts intrinsic rotations about x, y and z to a quaternion: the inverse of `toDegrees`.
  * @param {Vec3} degrees
  * @returns {Quat}
  */
@@ -51,13 +52,13 @@ export function fromDegrees(degrees) {
   return [sx * cy * cz + cx * sy * sz, cx * sy * cz - sx * cy * sz, cx * cy * sz + sx * sy * cz, cx * cy * cz - sx * sy * sz];
 }
 
-/** @param {number} degrees */
+/** Wraps an angle to the range (-180, 180]. @param {number} degrees */
 function wrap(degrees) {
   return degrees > 180 ? degrees - 360 : degrees <= -180 ? degrees + 360 : degrees;
 }
 
 /**
- * Rounds angles to remove floating-point noise and negative zeros.
+ * Rounds angles to 1e-9, which removes floating-point noise, and replaces -0 by 0.
  * @param {Vec3} angles
  * @returns {Vec3}
  */
@@ -66,12 +67,13 @@ function tidy([x, y, z]) {
   return [one(x), one(y), one(z)];
 }
 
-/** @typedef {[number, number, number, number, number, number, number]} Pose position, then x y z w */
+/** @typedef {[number, number, number, number, number, number, number]} Pose position, then quaternion x, y, z, w */
 
-/** @type {Pose} */
+/** The identity pose. @type {Pose} */
 export const STILL = [0, 0, 0, 0, 0, 0, 1];
 
 /**
+ * Returns the position of a pose.
  * @param {Pose} pose
  * @returns {Vec3}
  */
@@ -80,6 +82,7 @@ export function positionOf([x, y, z]) {
 }
 
 /**
+ * Returns the rotation of a pose.
  * @param {Pose} pose
  * @returns {Quat}
  */
@@ -98,6 +101,7 @@ export function multiply([x, y, z, w], [a, b, c, d]) {
 }
 
 /**
+ * Returns the inverse of a rotation.
  * @param {Quat} q of length 1
  * @returns {Quat}
  */
@@ -106,6 +110,7 @@ export function conjugate([x, y, z, w]) {
 }
 
 /**
+ * Rotates a vector.
  * @param {Quat} q of length 1
  * @param {Vec3} v
  * @returns {Vec3}
@@ -162,6 +167,7 @@ export function compose(outer, inner) {
 }
 
 /**
+ * Returns the inverse of a pose.
  * @param {Pose} pose
  * @returns {Pose}
  */
@@ -170,10 +176,10 @@ export function inverse(pose) {
   return [...rotate(q, minus([0, 0, 0], positionOf(pose))), ...q];
 }
 
-/** @typedef {"world" | "parent" | "own"} Frame whose axes are meant */
+/** @typedef {"world" | "parent" | "own"} Frame the world frame, or that of an object's parent or of the object itself */
 
 /**
- * Returns the world pose of the frame whose axes are used.
+ * Returns the pose, in the world frame, of a frame of an object.
  * @param {Frame} frame
  * @param {{ world: Pose, local: Pose }} of the pose of an object in the world, and in the frame of its parent
  * @returns {Pose}
@@ -184,9 +190,9 @@ export function frameOf(frame, { world, local }) {
 }
 
 /**
- * Returns the motion in the world frame that translates everything along the axes of a frame.
+ * Returns the motion in the world frame for a translation along the axes of a frame.
  * @param {Pose} frame
- * @param {Vec3} by
+ * @param {Vec3} by displacement in `frame`
  * @returns {Pose}
  */
 export function shift(frame, by) {
@@ -194,9 +200,9 @@ export function shift(frame, by) {
 }
 
 /**
- * Returns the motion in the world frame that rotates everything about a point, by a rotation given in another frame.
+ * Returns the motion in the world frame for a rotation about a point.
  * @param {Pose} frame
- * @param {Quat} by
+ * @param {Quat} by rotation in `frame`
  * @param {Vec3} about the point in the world frame
  * @returns {Pose}
  */
@@ -208,13 +214,13 @@ export function spin(frame, by, about) {
 /**
  * Returns the pose of an object in the frame of its parent after a motion in the world frame.
  * @param {Pose} motion
- * @param {{ world: Pose, local: Pose }} from
+ * @param {{ world: Pose, local: Pose }} from the poses before the motion, in the world and in the frame of the parent
  * @returns {Pose}
  */
 export function moved(motion, { world, local }) {
   const [x, y, z, ...q] = compose(compose(local, inverse(world)), compose(motion, world));
   const length = Math.hypot(...q) || 1;
-  // Removes floating-point noise, so that an object placed at 0.6 is exactly at 0.6.
+  // Rounding removes floating-point noise, so that an object placed at 0.6 is exactly at 0.6.
   const one = (/** @type {number} */ a) => Math.round(a * 1e12) / 1e12 + 0;
   const [a, b, c, d] = q;
   return [one(x), one(y), one(z), one(a / length), one(b / length), one(c / length), one(d / length)];
@@ -222,7 +228,7 @@ export function moved(motion, { world, local }) {
 
 /**
  * Returns a rotation about one axis.
- * @param {number} axis 0 to 2
+ * @param {number} axis 0: x; 1: y; 2: z
  * @param {number} degrees
  */
 export function about(axis, degrees) {
@@ -232,13 +238,14 @@ export function about(axis, degrees) {
   return fromDegrees(angles);
 }
 
-/** @typedef {{ axis: number, sign: number }} Way along an axis, ahead or back */
+/** @typedef {{ axis: number, sign: number }} Way a direction: the index of an axis, and 1 or -1 along it */
 
 /**
- * Returns the horizontal axes of a frame that are closest to the right and to the viewing direction on the screen.
+ * Returns which of the x and y axes of a frame, and in which direction, is closest to the right on the screen
+ * (`across`) and to the direction away from the camera (`ahead`).
  * @param {Quat} frame the rotation of the frame in the world
  * @param {Vec3} right the direction to the right on the screen
- * @param {Vec3} away the direction that is up on the screen or away from the camera
+ * @param {Vec3} away a direction that is up on the screen or away from the camera
  * @returns {{ across: Way, ahead: Way }}
  */
 export function screenAxes(frame, right, away) {
@@ -252,14 +259,15 @@ export function screenAxes(frame, right, away) {
 }
 
 /**
- * Converts a scan to triangles between the sensor and neighbouring beams. Beams are ordered by layer, and by angle
- * within a layer, so a layer ends where the angle jumps back; layers are not joined.
+ * Converts a scan to triangles between the sensor and neighbouring beams. Beams are ordered by layer and, within a
+ * layer, by angle, so a new layer starts where the angle decreases. Layers are not joined.
  * @param {{ distance: (number | null)[], angle: number[], elevation?: number[], range?: number }} scan
- * @returns {{ points: number[], index: number[] }} three numbers for each point, the sensor first
+ * @returns {{ points: number[], index: number[] }} the coordinates of the points, the sensor first, and the indices of the
+ *   points of the triangles
  */
 export function fan({ distance, angle, elevation, range }) {
   const longest = distance.reduce((/** @type {number} */ most, d) => Math.max(most, d ?? 0), 0);
-  // Beams without a hit of a scanner with unlimited range are drawn with a fixed length.
+  // If the range is unlimited, beams without a hit are drawn as long as the longest one with a hit, or 10 m.
   const free = range ?? (longest || 10);
   const points = [0, 0, 0];
   /** @type {number[]} */
@@ -274,7 +282,7 @@ export function fan({ distance, angle, elevation, range }) {
 
 /**
  * Computes the principal moments of an inertia matrix and its right-handed principal axes, by Jacobi rotations.
- * @param {number[]} inertia nine numbers by rows
+ * @param {number[]} inertia the nine elements in row-major order
  * @returns {{ moments: Vec3, axes: [Vec3, Vec3, Vec3] }}
  */
 export function principal(inertia) {

@@ -1,5 +1,5 @@
 // @ts-check
-// The icons of the page, on a 24 x 24 grid, stroked or filled in the text color.
+// The icons of the page: paths on a 24 x 24 grid, stroked or filled in the color of the text.
 
 const FILLED = new Set(["play", "pause", "step", "stop"]);
 /** @type {{ [name: string]: string }} */
@@ -48,7 +48,7 @@ const PATHS = {
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
- * Creates an icon, which is empty if the name is unknown.
+ * Creates an icon. It is empty if there is no icon with this name.
  * @param {string} name
  */
 export function icon(name) {

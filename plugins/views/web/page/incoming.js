@@ -1,6 +1,6 @@
 // @ts-check
-// Files that are dropped on the page or chosen in a dialog. The files of a folder, a selection or an archive are sent
-// together, and the scene among them is opened.
+// Sends files to the program that are dropped on the page or chosen in a dialog. The files of a folder, a selection or
+// a zip archive are sent together, and the scene among them is opened.
 
 import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
@@ -12,19 +12,21 @@ import { mayLeave } from "tatu/saving";
 import { rights, scene } from "tatu/store";
 import { unzip } from "tatu/zip";
 
-/** @typedef {{ name: string, file: File }} Incoming The name has the folders that it is in. */
+/** @typedef {{ name: string, file: File }} Incoming A file; the name includes the folders that contain it. */
 
-/** Extensions of files that are taken from a folder; other files are ignored. */
+/** Extensions of files that are sent together with a scene; other files are ignored. */
 const TAKEN = /\.(toml|ttt|ttm|urdf|xacro|lua|obj|mtl|stl|ply|dae|png|jpe?g|svg|csv|json|txt|md)$/i;
+/** Extensions of files that can be opened as a scene. */
 const SCENE = /\.(toml|ttt|urdf)$/i;
+/** Extensions of files that can be sent on their own. */
 const ALONE = /\.(toml|ttt|ttm|urdf)$/i;
-/** Maximum number of files that are sent together. */
+/** Maximum number of files that are sent together; the program enforces the same limit. */
 const MOST = 1000;
 
 /**
- * Returns all files below a dropped entry.
+ * Returns all files of a dropped file or folder, except hidden ones.
  * @param {FileSystemEntry} entry
- * @param {string} above
+ * @param {string} above path of the folder that contains the entry, ending with a slash
  * @returns {Promise<Incoming[]>}
  */
 async function below(entry, above) {
@@ -38,7 +40,7 @@ async function below(entry, above) {
   const all = [];
   for (;;) {
     const some = await new Promise((/** @type {(entries: FileSystemEntry[]) => void} */ good, bad) => reader.readEntries(good, bad));
-    // Entries of a folder are returned in batches.
+    // `readEntries` returns the entries of a folder in batches; an empty batch ends them.
     if (!some.length) return all;
     for (const one of some) if (!one.name.startsWith(".")) all.push(...await below(one, `${name}/`));
     if (all.length > MOST) throw { error: `\`${entry.name}\` has more than ${MOST} files` };
@@ -46,6 +48,7 @@ async function below(entry, above) {
 }
 
 /**
+ * Replaces a single zip archive by the files in it.
  * @param {Incoming[]} files
  * @returns {Promise<Incoming[]>}
  */
@@ -57,8 +60,8 @@ async function unpacked(files) {
 }
 
 /**
- * Returns the scene among files: the one with the shortest path that is not part of a model; the user chooses if there
- * are several.
+ * Returns a promise of the scene to be opened, or of null: the scene in the topmost folder, which is not a
+ * `model.toml`. If there are several, returns `scene.toml` or the one that the user chooses.
  * @param {string[]} names
  */
 async function sceneOf(names) {
@@ -73,13 +76,14 @@ async function sceneOf(names) {
 }
 
 /**
+ * Sends files together, and opens the scene among them.
  * @param {Incoming[]} all
- * @param {string} title
+ * @param {string} title name of the folder or archive, for messages
  */
 async function takeTogether(all, title) {
   const files = all.filter(({ name }) => TAKEN.test(name));
   if (files.length > MOST) throw { error: `${title} has more than ${MOST} files` };
-  // A top-level folder that contains everything is removed from the paths.
+  // A top-level folder that contains all files is removed from their paths.
   const parts = files.map(({ name }) => name.split("/"));
   const first = parts[0]?.[0] ?? "";
   const inOne = parts.every((p) => p.length > 1 && p[0] === first);
@@ -100,7 +104,7 @@ async function takeTogether(all, title) {
 }
 
 /**
- * Adds a single model to the open scene; opens anything else.
+ * Sends a single file. Adds it to the open scene if it is a model, otherwise opens it.
  * @param {Incoming} incoming
  */
 async function takeOne({ name, file }) {
@@ -111,7 +115,7 @@ async function takeOne({ name, file }) {
   else await openScene(made, true);
 }
 
-/** @param {Incoming[]} files */
+/** Sends dropped or chosen files. @param {Incoming[]} files */
 async function take(files) {
   if (!rights.acts || !files.length) return;
   try {
@@ -127,7 +131,7 @@ async function take(files) {
 document.addEventListener("dragover", (e) => { if (rights.acts) e.preventDefault(); });
 document.addEventListener("drop", async (e) => {
   e.preventDefault();
-  // The entries are available only during the event.
+  // The entries can be read only while the event is being handled.
   const entries = [...(e.dataTransfer?.items ?? [])].flatMap((item) => item.webkitGetAsEntry() ?? []);
   try {
     take((await Promise.all(entries.map((entry) => below(entry, "")))).flat());

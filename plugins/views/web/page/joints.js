@@ -1,5 +1,5 @@
 // @ts-check
-// Sliders for the selected joint, or for all joints of the selected model.
+// Sliders for the position of the selected joint, or of all joints of the selected model.
 
 import { newest, reason } from "tatu/calls";
 import { get, make } from "tatu/dom";
@@ -12,15 +12,17 @@ import { rights, scene, select, selected, watch } from "tatu/store";
 
 /** @import { SceneObject } from "tatu/protocol" */
 /**
- * A joint with its slider: its range in rad or m, its position when it was selected, and its current position.
+ * A joint with its slider. Positions are in rad or m: `range` is that of the slider, `began` the position when the
+ * joint was selected, `now` the current position. `sliding` is the value of `merge` during a drag of the slider,
+ * otherwise "".
  * @typedef {{ id: number, alias: string, unit: { text: string, factor: number }, range: [number, number], began: number, now: number,
  *   slider: HTMLInputElement, field: { element: HTMLElement, update: (text: string) => void }, live: HTMLElement,
- * sliding: string }} Slid
+ *   sliding: string }} Slid
  */
 
-/** Ranges of joints without limits: half a turn to each side, rad, and a metre to each side, m. */
+/** Slider ranges of joints without limits, to each side: half a revolution, rad; 1 m for prismatic joints. */
 const FREE = { turns: Math.PI, slides: 1 };
-/** Interval at which velocities are requested, ms. */
+/** Interval at which velocities and efforts are requested, ms. */
 const OFTEN = 500;
 
 const panel = make("details", { className: "group-of-rows joints", open: localStorage.getItem("tatu joints") !== "", hidden: true });
@@ -28,7 +30,7 @@ panel.ontoggle = () => localStorage.setItem("tatu joints", panel.open ? "1" : ""
 const list = make("div");
 const why = make("p", { className: "why" });
 why.setAttribute("role", "alert");
-const reset = make("button", { type: "button", textContent: "Reset", title: "Puts the joints back to where they were when they were selected" });
+const reset = make("button", { type: "button", textContent: "Reset", title: "Move the joints back to their positions at the time of selection" });
 const summary = make("summary", { textContent: "Joints" });
 panel.append(summary, list, why, reset);
 get("rows").before(panel);
@@ -38,7 +40,7 @@ let joints = new Map();
 let isStopped = true;
 
 /**
- * Returns the joints of the selection.
+ * Returns the selected joint, or the joints of the selected model. Spherical joints are omitted.
  * @returns {SceneObject[]}
  */
 function wanted() {
@@ -55,7 +57,7 @@ function wanted() {
 }
 
 /**
- * Returns a promise of a property, or of null if it has no value at the moment.
+ * Returns a promise of a joint property, or of null if the property cannot be read.
  * @param {number} id
  * @param {string} key
  */
@@ -64,9 +66,9 @@ async function read(id, key) {
 }
 
 /**
- * Returns the calls that move a joint to a position. If the joint is under position control, a running simulation gets
- * the position as the target; a stopped one gets it as the position, too, so that the joint stays there after the
- * start.
+ * Returns the command calls that move a joint to a position. For a joint under position control, they set the target;
+ * if the simulation is stopped, they set the position as well, so that the joint does not move when the simulation
+ * starts.
  * @param {number} id
  * @param {number} to
  * @returns {Promise<[string, ...unknown[]][]>}
@@ -82,8 +84,9 @@ async function callsFor(id, to) {
 }
 
 /**
+ * Moves a joint to a position.
  * @param {Slid} j
- * @param {number} to
+ * @param {number} to rad or m
  * @param {string} [merge]
  */
 async function bring(j, to, merge) {
@@ -95,7 +98,7 @@ function refused(thrown) {
   why.textContent = reason(thrown);
 }
 
-/** @param {Slid} j */
+/** Shows the current position of a joint, except while its slider is dragged. @param {Slid} j */
 function show(j) {
   if (j.sliding) return;
   j.slider.value = String(j.now * j.unit.factor);
@@ -104,6 +107,7 @@ function show(j) {
 }
 
 /**
+ * Creates the slider of a joint.
  * @param {SceneObject} o
  * @returns {Promise<Slid>}
  */
@@ -136,15 +140,16 @@ async function slid(o) {
   return j;
 }
 
-/** The joints that have sliders, as a text for comparison. */
+/** The joints with sliders, as a string for comparison. */
 let known = "";
-/** @param {SceneObject[]} all */
+/** Returns the displayed data of joints as a string for comparison. @param {SceneObject[]} all */
 function told(all) {
   return JSON.stringify(all.map((j) => [j.id, j.alias, j.joint]));
 }
 
-/** Serial number of the selection that the panel shows; answers for an older selection are ignored. */
+/** Number of the last call of `build`; earlier calls that are still waiting for answers are abandoned. */
 let made = 0;
+/** Creates the sliders for the selection. */
 async function build() {
   const own = ++made;
   const all = wanted();
@@ -182,7 +187,7 @@ reset.onclick = async () => {
   }
 };
 
-/** Requests velocities and efforts. */
+/** Requests the velocities and efforts of the joints, and shows them. */
 function ask() {
   if (panel.hidden || !panel.open || document.hidden || !rights.acts) return;
   for (const j of joints.values()) {
@@ -207,7 +212,7 @@ on("frame", (view) => {
   });
 });
 watch("selected", build);
-/** The limits of the selected joint, as a text for comparison. */
+/** The limits of the selected joint, as a string for comparison. */
 let limits = "";
 on("details", ({ object, rows }) => {
   if (!joints.has(object)) return;

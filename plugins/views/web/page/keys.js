@@ -1,5 +1,5 @@
 // @ts-check
-// Passes keys that are pressed in the 3-D view to the simulation, with the names that scripts use.
+// Passes keys that are pressed in the 3-D view to the simulation, by the names that scripts use.
 
 import { get } from "tatu/dom";
 import { send } from "tatu/net";
@@ -12,7 +12,7 @@ const NAMES = {
 
 const view = get("view");
 view.addEventListener("keydown", (e) => {
-  // Keys that are pressed in windows over the view are not passed on.
+  // Keys that are pressed in windows over the view, and shortcuts with modifiers, are not passed on.
   if (e.target !== view || e.ctrlKey || e.metaKey || e.altKey) return;
   const key = NAMES[e.key] ?? (e.key.length === 1 ? e.key : "");
   if (!key) return;

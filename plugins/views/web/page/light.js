@@ -1,19 +1,21 @@
 // @ts-check
-// Light, sky and floor as in pictures of `tatu look`: a directional lamp, ambient light from the sky and the ground, a
-// weak light at the camera, and haze towards the horizon. The values are those of core/render/src/light.rs.
+// Light, sky and floor, as in the images that `tatu look` renders: a directional lamp, ambient light from the sky and
+// the ground, a weak light at the camera, and haze towards the horizon. The values are those of
+// core/render/src/light.rs.
 
 import * as THREE from "three";
 
-/** Direction towards the lamp. */
+/** Unit vector towards the lamp, in the world frame. */
 export const LAMP = new THREE.Vector3(0.3, -0.6, 1).normalize();
 const dark = matchMedia("(prefers-color-scheme: dark)");
-/** Colors of the sky, linear RGB; they depend on the theme. */
+/** Colors of the sky at the horizon and the zenith, linear RGB. They depend on the theme. */
 const sky = { tatuHorizon: { value: new THREE.Color() }, tatuZenith: { value: new THREE.Color() } };
-/** Height of the floor of a scene without its own, m; the grid lines also appear on surfaces at that height. */
+/** Height of the floor for a scene without one, m. Grid lines appear on horizontal surfaces at this height and at 0. */
 const floorHeight = { value: 0 };
-/** Ratio of the camera's field of view to the usual one, which scales distances of the haze in parallel projection. */
+/** Ratio of the tangents of the camera's field of view and the usual one. It scales the haze in parallel projection. */
 export const zoom = { value: 1 };
 
+/** Sets the colors of the sky for the current theme. */
 function paint() {
   const [horizon, zenith] = dark.matches ? [[0.035, 0.043, 0.055], [0.01, 0.014, 0.02]] : [[0.8, 0.86, 0.92], [0.3, 0.47, 0.72]];
   sky.tatuHorizon.value.fromArray(horizon ?? []);
@@ -22,7 +24,7 @@ function paint() {
 paint();
 
 /**
- * Calls `f` when the theme has changed.
+ * Calls `f` after the theme has changed between light and dark.
  * @param {() => void} f
  */
 export function onTheme(f) {
@@ -40,7 +42,7 @@ vec4 tatuAt = vec4(transformed, 1.0);
 vTatuAt = (modelMatrix * tatuAt).xyz;
 `;
 
-/** @param {THREE.Vector3} v */
+/** Returns a vector as a GLSL expression. @param {THREE.Vector3} v */
 const vec3 = (v) => `vec3(${v.toArray().map((x) => x.toFixed(9)).join(", ")})`;
 
 const HEAD = `
@@ -48,7 +50,7 @@ varying vec3 vTatuAt;
 uniform vec3 tatuHorizon;
 uniform float tatuFloor, tatuZoom;
 
-// Computes how much the grid lines darken a point: lines narrower than a pixel are fainter, and lines too close
+// Returns how much grid lines darken a point. Lines narrower than a pixel become fainter, and lines that are too close
 // together fade out.
 float tatuLines(vec2 p, vec2 reach, float spacing, float width, float strength) {
   vec2 off = abs(p - round(p / spacing) * spacing);
@@ -88,7 +90,10 @@ vec3 tatuNormal = inverseTransformDirection(normal, viewMatrix);
 vec3 outgoingLight = tatuLight(diffuseColor.rgb, tatuNormal, tatuEye, getShadowMask(), tatuFar);
 `;
 
-/** @param {{ vertexShader: string, fragmentShader: string, uniforms: { [name: string]: { value: unknown } } }} shader */
+/**
+ * Inserts the light model into the shader of a material.
+ * @param {{ vertexShader: string, fragmentShader: string, uniforms: { [name: string]: { value: unknown } } }} shader
+ */
 function compile(shader) {
   Object.assign(shader.uniforms, sky, { tatuFloor: floorHeight, tatuZoom: zoom });
   shader.vertexShader = `varying vec3 vTatuAt;\n${shader.vertexShader}`.replace("#include <project_vertex>", `#include <project_vertex>\n${VERTEX}`);
@@ -100,8 +105,7 @@ function compile(shader) {
 }
 
 /**
- * Returns a material for objects of the scene. With `many`, for large scenes, it does not draw the grid lines of the
- * floor.
+ * Returns a material for objects of the scene. If `many` is set, as for large scenes, the material omits grid lines.
  * @param {THREE.MeshLambertMaterialParameters} parameters
  */
 export function lit(parameters, many = false) {
@@ -111,7 +115,7 @@ export function lit(parameters, many = false) {
   return material;
 }
 
-/** The sky dome, behind everything. */
+/** The sky, which is drawn behind all other objects. */
 export const dome = new THREE.Mesh(
   new THREE.BoxGeometry(2, 2, 2),
   new THREE.ShaderMaterial({
@@ -139,12 +143,12 @@ export const dome = new THREE.Mesh(
 dome.frustumCulled = false;
 dome.renderOrder = -1;
 
-/** Half the side of the square that represents an infinite plane, m: the haze hides its edge. */
+/** Half the side length of the square that represents an infinite plane, m. Its edge is hidden by the haze. */
 const REACH = 2048;
 
 /**
- * The geometry of an infinite plane. Its triangles are small in the middle, where objects are, because rounding errors
- * of depths within a large triangle would make thin objects on it flicker.
+ * Creates the geometry of an infinite plane. Its triangles are small near the origin, where objects are, because
+ * rounding errors of depths in a large triangle would make thin objects on it flicker.
  */
 export function endless() {
   const side = [0];
@@ -167,13 +171,13 @@ export function endless() {
   return Object.assign(geometry, { type: "PlaneGeometry" });
 }
 
-/** The floor that is drawn for a scene without one. */
+/** The floor that is drawn if the scene does not have one. */
 export const floor = new THREE.Mesh(endless(), lit({ color: new THREE.Color(0.42, 0.42, 0.42) }));
 floor.receiveShadow = true;
 
 /**
- * Sets the height of the floor, m, and whether it is visible, which depends on whether the scene has a plane.
- * @param {number} height
+ * Sets the height and visibility of the floor for a scene without one.
+ * @param {number} height m
  * @param {boolean} shown
  */
 export function lay(height, shown) {

@@ -1,5 +1,6 @@
 // @ts-check
-// Executes the actions in the fragment of the address: select=NAME, script, play, separated by `&`.
+// Executes the actions in the fragment of the address when the first scene arrives: `select=NAME`, `script` and `play`,
+// separated by `&`.
 
 import { send } from "tatu/net";
 import { openScript } from "tatu/editor";

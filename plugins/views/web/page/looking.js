@@ -1,5 +1,6 @@
 // @ts-check
-// Controls the camera by buttons and keys: fitting the view, standard views, parallel projection, following a robot.
+// Controls the camera by buttons and keys: fits the scene into the view, selects standard views and parallel
+// projection, and follows objects.
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
@@ -8,21 +9,21 @@ import { groups } from "tatu/objects";
 import { selected, selection, watch } from "tatu/store";
 import { camera, controls, fit, hitAt, host, redraw, renderer } from "tatu/view";
 
-/** Fits the selection, or everything, into the view. */
+/** Fits the selected objects into the view, or the scene if none are selected. */
 export function fitSelection() {
   const all = selection().flatMap((id) => groups.get(id) ?? []);
   fit(all.length ? all : undefined);
 }
 get("fit").onclick = fitSelection;
 
-/** Directions to the camera, by the key of a view. In the view from above, y points up on the screen. */
+/** Names of the standard views and directions towards the camera, by digit key. In "Top", y points up on the screen. */
 const VIEWS = /** @type {const} */ ({
   1: ["Front", [1, 0, 0]], 2: ["Back", [-1, 0, 0]], 3: ["Left", [0, 1, 0]], 4: ["Right", [0, -1, 0]],
   5: ["Top", [0, -1e-4, 1]], 6: ["Bottom", [0, -1e-4, -1]], 7: ["Corner", [-0.55, -0.65, 0.5]],
 });
 
 /**
- * Moves the camera to another direction from the point it looks at, at the same distance.
+ * Moves the camera around its target to a direction, at the same distance.
  * @param {readonly [number, number, number] | readonly number[]} direction
  */
 function lookAlong(direction) {
@@ -33,8 +34,10 @@ function lookAlong(direction) {
   redraw();
 }
 
-// Parallel projection is approximated by a distant camera with a narrow field of view. Angles in degrees.
+// Parallel projection is approximated by a distant camera with a narrow field of view.
+/** Field of view with perspective, degrees. */
 const WIDE = 50;
+/** Field of view for parallel projection, degrees. */
 const NARROW = 1.5;
 const flat = get("flat");
 flat.onclick = () => {
@@ -50,11 +53,14 @@ flat.onclick = () => {
   redraw();
 };
 
-// Follow: the camera keeps its position relative to the object, and turns with its heading.
+// While the camera follows an object, it keeps its position relative to the object and rotates with its heading.
 const follow = get("follow");
-/** @type {{ at: THREE.Vector3, heading: number } | null} */
+/**
+ * Position and heading (rad) of the followed object in the last frame.
+ * @type {{ at: THREE.Vector3, heading: number } | null}
+ */
 let last = null;
-/** The followed object, which does not change if another one is selected. */
+/** Handle of the followed object; it does not change when another object is selected. 0: none. */
 let followed = 0;
 /** @param {boolean} is */
 function setFollow(is) {
@@ -96,7 +102,7 @@ on("frame", () => {
   } else last = null;
 });
 
-// A double click centres the view on the point under the pointer.
+// A double click moves the point under the pointer to the centre of the view.
 renderer.domElement.addEventListener("dblclick", (e) => {
   const hit = hitAt(e);
   if (!hit) return;
@@ -107,12 +113,14 @@ renderer.domElement.addEventListener("dblclick", (e) => {
   redraw();
 });
 
-/** Steps of the camera: angle, rad; translation, as a fraction of the view's height; factor of the distance. */
+/** Angle by which a key rotates the camera, rad. */
 const STEP = Math.PI / 24;
+/** Distance by which a key moves the camera, as a fraction of the height of the view. */
 const PAN = 0.06;
+/** Factor by which a key changes the distance of the camera from its target. */
 const CLOSER = 1.15;
 /**
- * Turns, moves or zooms the camera. These keys require Alt, so that they do not conflict with keys of the simulation.
+ * Rotates, moves or zooms the camera by a key that is pressed with Alt. Returns false for other keys.
  * @param {KeyboardEvent} e
  */
 function byKey(e) {

@@ -1,5 +1,5 @@
 // @ts-check
-// Loads the modules of the page.
+// Loads the modules of the page, and connects to the program.
 
 import { connect } from "tatu/net";
 import "tatu/store";

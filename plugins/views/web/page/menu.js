@@ -1,13 +1,13 @@
 // @ts-check
-// A context menu.
+// Context menus and menus of buttons.
 
 import { make } from "tatu/dom";
 
-/** @typedef {{ name: string, keys: string, act: () => void, off: boolean }} Entry */
+/** @typedef {{ name: string, keys: string, act: () => void, off: boolean }} Entry `keys` is shown at the right */
 
 /** @type {HTMLElement | null} */
 let open = null;
-/** The element that had the focus before. @type {Element | null} */
+/** The element that had the focus before the menu was opened. @type {Element | null} */
 let before = null;
 
 function close() {
@@ -17,9 +17,9 @@ function close() {
 }
 
 /**
- * Opens a menu.
- * @param {number} x
- * @param {number} y
+ * Opens a menu at a position in the window, moved so that it is completely visible.
+ * @param {number} x pixels
+ * @param {number} y pixels
  * @param {Entry[]} entries
  */
 export function openMenu(x, y, entries) {

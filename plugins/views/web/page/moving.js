@@ -1,5 +1,5 @@
 // @ts-check
-// Moves and turns the selection by a gizmo with arrows and rings in the view.
+// Moves and rotates the selection by a gizmo with arrows and rings in the view.
 
 import * as THREE from "three";
 import { TransformControls } from "three/gizmo";
@@ -18,13 +18,13 @@ import { camera, controls, redraw, renderer, stage } from "tatu/view";
 /** @import { Frame, Pose, Quat, Vec3 } from "tatu/geometry" */
 /** @typedef {"translate" | "rotate"} Mode */
 
-/** The mode, "" for none; the frame whose axes are used; the only free axis, or -1 if all are free. */
+/** The mode, or "" for none; the frame that defines the axes; the index of the only free axis, or -1 if all are free. */
 export const how = {
   mode: /** @type {Mode | ""} */ (""),
   frame: /** @type {Frame} */ ("world"),
   only: -1,
 };
-/** Verbs in the labels of edits. */
+/** Verbs for the labels of edits. */
 export const VERB = { translate: "Move", rotate: "Turn" };
 
 /** @type {(() => void)[]} */
@@ -37,23 +37,23 @@ export function watchHow(f) {
   watchers.push(f);
 }
 
-/** @param {Partial<typeof how>} change */
+/** Changes `how`. @param {Partial<typeof how>} change */
 export function setHow(change) {
   Object.assign(how, change);
   hold();
 }
 
-/** Returns the object whose axes are used if a mode is active; otherwise 0. */
+/** Returns the object that the gizmo is attached to: the one selected last if a mode is active, otherwise 0. */
 export function pivot() {
   return how.mode && rights.acts && !limited() && groups.has(selected()) ? selected() : 0;
 }
 
-/** @param {unknown} thrown */
+/** Shows an error in the status line. @param {unknown} thrown */
 export function report(thrown) {
   line("Status", reason(thrown), "error");
 }
 
-// The gizmo is attached to a handle in the chosen frame, since it does not support the frame of a parent.
+// The gizmo is attached to a handle in the chosen frame, because it does not support the frame of a parent.
 const anchor = new THREE.Group();
 const handle = new THREE.Object3D();
 anchor.add(handle);
@@ -64,12 +64,13 @@ stage.add(anchor, gizmo.getHelper());
 const buttons = [["translate", get("move")], ["rotate", get("turn")]];
 
 /**
- * The current drag, with the initial position of the handle. Exact poses arrive asynchronously.
+ * The current drag, with the initial position of the handle. `carry` is a promise, because the program must be asked
+ * for the exact poses.
  * @type {{ mode: Mode, start: Vec3, carry: Promise<Carry> } | null}
  */
 let drag = null;
 
-/** @param {THREE.Object3D} object @returns {Pose} */
+/** Returns the pose of a three.js object in the world frame. @param {THREE.Object3D} object @returns {Pose} */
 function worldPose(object) {
   object.updateWorldMatrix(true, false);
   const [p, q] = [new THREE.Vector3(), new THREE.Quaternion()];
@@ -77,13 +78,13 @@ function worldPose(object) {
   return [p.x, p.y, p.z, q.x, q.y, q.z, q.w];
 }
 
-/** @param {THREE.Object3D} object @param {Pose} pose */
+/** Sets the pose of a three.js object in its parent's frame. @param {THREE.Object3D} object @param {Pose} pose */
 function place(object, pose) {
   object.position.fromArray(pose);
   object.quaternion.fromArray(pose, 3);
 }
 
-/** Moves the handle to the selected object. */
+/** Moves the handle to the selected object, except during a drag. */
 function settle() {
   const group = groups.get(pivot());
   if (!group || drag) return;
@@ -94,6 +95,7 @@ function settle() {
   place(handle, [...positionOf(compose(inverse(frame), world)), 0, 0, 0, 1]);
 }
 
+/** Shows the gizmo and the buttons as `how` requires. */
 function hold() {
   const { mode, only } = how;
   if (mode && pivot()) {
@@ -129,8 +131,8 @@ gizmo.addEventListener("dragging-changed", (e) => {
 });
 
 /**
- * Returns the displacement of the handle along the axes of its frame. If a grid is set, it is that of the object from
- * its exact position to the grid.
+ * Returns the displacement of the handle along the axes of its frame. If a grid is set, it is the displacement that
+ * moves the object from its exact position to a point of the grid.
  * @param {Vec3} start initial position of the handle
  * @param {Vec3} exact initial position of the object
  * @returns {Vec3}

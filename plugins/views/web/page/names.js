@@ -1,12 +1,13 @@
 // @ts-check
-// Display names and groups of properties, units, numbers and labels of edits. This module does not need a page.
+// Determines how properties are shown: their names, groups, units, values and types of fields, and the labels of edits.
+// This module does not need a page.
 
 /** @import { Row } from "tatu/protocol" */
 
-/** Groups in display order; other kinds of objects have their own group after the first one. */
+/** Names of the groups in display order. Further groups, such as that of a light, are shown after the first one. */
 export const GROUPS = ["Place", "Shape", "Physics", "Joint", "Sensor", "Drive", "Reading", "Script", "More"];
 
-/** Names that are not derived from the key. @type {{ [key: string]: string | undefined }} */
+/** Display names that cannot be derived from the key. @type {{ [key: string]: string | undefined }} */
 const NAMES = {
   "object.alias": "Name", "object.name": "Unique name", "object.orientation": "Orientation", "object.world_pose": "Pose in the world",
   "object.model_base": "Base of a model", "object.drive": "Drive by wheels", "shape.primitive": "Form", "shape.com": "Centre of mass",
@@ -18,11 +19,11 @@ const NAMES = {
   "graph.explicit": "Only on request", "camera.ortho_size": "Width of a parallel view", "camera.near": "Nearest distance",
   "camera.far": "Farthest distance", "force_sensor.measured": "Has measured",
 };
-/** Words for abbreviations in keys. @type {{ [part: string]: string | undefined }} */
+/** Words that replace abbreviations in keys. @type {{ [part: string]: string | undefined }} */
 const WORDS = { max: "maximum", min: "minimum", num: "number of", vel: "velocity", pos: "position" };
 
 /**
- * Returns the display name of a property: "Maximum force" for `joint.max_force`.
+ * Returns the display name of a property, such as "Maximum force" for `joint.max_force`.
  * @param {string} key
  */
 export function nameOf(key) {
@@ -34,7 +35,7 @@ export function nameOf(key) {
 
 const PLACE = ["alias", "parent", "position", "orientation", "visible"];
 const SHAPE = ["primitive", "size", "color", "convex", "detectable", "material"];
-/** Properties that are rarely set. */
+/** Keys of properties that are rarely set, and are shown in the group "More". */
 const MORE = [
   "shape.mesh", "shape.respondable_mask", "shape.detectable_mask", "shape.joint_solver", "shape.bullet", "shape.friction_axis",
   "shape.friction_axis_angle", "shape.axis_friction", "shape.surface_velocity", "shape.initial_velocity", "shape.initial_angular_velocity",
@@ -44,9 +45,9 @@ const MORE = [
 ];
 
 /**
- * Returns the group of a property of an object.
+ * Returns the name of the group in which a property is shown.
  * @param {string} key
- * @param {string} kind of the object
+ * @param {string} kind the kind of the object
  */
 export function groupOf(key, kind) {
   const dot = key.indexOf(".");
@@ -70,10 +71,10 @@ function title(word) {
 const DEGREE = 180 / Math.PI;
 
 /**
- * Returns a unit for display, and the factor by which values are multiplied: rad is shown as degrees. For `rad|m`, the
- * second unit applies to prismatic joints.
+ * Returns the unit in which values are shown, and the factor by which they are multiplied: rad is shown as degrees. In
+ * units such as `rad|m`, the second unit applies to prismatic joints.
  * @param {string} unit
- * @param {boolean} [slides]
+ * @param {boolean} [slides] whether the object is a prismatic joint
  */
 export function unitOf(unit, slides = false) {
   const [turning = "", sliding] = unit.split("|");
@@ -84,8 +85,8 @@ export function unitOf(unit, slides = false) {
 }
 
 /**
- * Formats a number with six significant digits.
- * @param {unknown} x a number, or the JSON representation of one that is not finite
+ * Formats a number with up to six significant digits.
+ * @param {unknown} x a number, or the JSON representation of a non-finite number
  * @param {number} [factor]
  */
 export function writeNumber(x, factor = 1) {
@@ -96,7 +97,8 @@ export function writeNumber(x, factor = 1) {
 }
 
 /**
- * Parses a typed number; returns NaN if it is invalid. A comma is accepted as the decimal separator.
+ * Parses a typed number, and divides it by a factor. Returns NaN if it is invalid. A single comma is accepted as the
+ * decimal separator.
  * @param {string} text
  * @param {number} [factor]
  * @returns {number}
@@ -117,7 +119,7 @@ export function sent(x) {
 }
 
 /**
- * Returns the labels of the fields of a property with several elements.
+ * Returns the labels for the elements of a property with several elements, such as x, y and z.
  * @param {string} key
  * @param {number} count
  * @returns {string[]}
@@ -134,9 +136,9 @@ export function partsOf(key, count) {
 const VERBS = { "object.position": "Move", "object.pose": "Move", "object.world_pose": "Move", "object.orientation": "Turn", "object.quaternion": "Turn", "object.alias": "Rename" };
 
 /**
- * Returns the label of an edit, which can follow the word "Undo".
+ * Returns the label of an edit that sets a property, such as "Move box".
  * @param {string} key
- * @param {string} alias
+ * @param {string} alias name of the object
  */
 export function labelOf(key, alias) {
   const verb = VERBS[key];
@@ -145,23 +147,23 @@ export function labelOf(key, alias) {
 }
 
 /**
- * Converts red, green and blue, 0 to 1, to a CSS color.
+ * Converts red, green and blue components, 0 to 1, to a hexadecimal CSS color.
  * @param {number[]} color
  */
 export function hexOf(color) {
   return `#${color.slice(0, 3).map((x) => Math.round(255 * Math.min(1, Math.max(0, x))).toString(16).padStart(2, "0")).join("")}`;
 }
 
-/** @param {string} hex */
+/** Converts a hexadecimal CSS color to red, green and blue components, 0 to 1. @param {string} hex */
 export function colorOf(hex) {
   return [1, 3, 5].map((i) => Number((parseInt(hex.slice(i, i + 2), 16) / 255).toFixed(4)));
 }
 
-/** Types of values, as the constants `TATU_*`. */
+/** Types of values: the constants `TATU_*` of the plugin interface. */
 export const TYPE = { bool: 1, integer: 2, float: 3, text: 4, floats: 6, integers: 8, list: 11, map: 12, object: 14 };
 
 /**
- * Returns the type of field for a property.
+ * Returns the type of field that shows a property.
  * @param {Row} row
  * @returns {"check" | "choice" | "color" | "object" | "parts" | "number" | "numbers" | "texts" | "text" | "table"}
  */

@@ -1,20 +1,20 @@
 // @ts-check
-// The connection to the program: passes incoming messages to the handlers of their kind.
+// The connection to the program. Sends requests, and passes received messages to the handlers of their kind.
 
 import { Calls } from "tatu/calls";
 import { BINARY } from "tatu/parse";
 
 /** @import { FromPage, ToPage } from "tatu/protocol" */
 
-/** @typedef {{ name: string, service: string, instance: string }} Program What a program says of itself at `/tatu`. */
+/** @typedef {{ name: string, service: string, instance: string }} Program The description of a program at `/tatu`. */
 /**
- * The arguments of handlers, by the kind of message: text messages of the program, binary messages, and messages of the
- * connection itself: "lost" with the reason, "connected", and "again" before the first message of a later connection.
+ * The arguments of handlers, by the kind of message: text messages by their `type`, binary messages, and messages about
+ * the connection: "lost" with the reason, "connected", and "again" before the first message after a reconnection.
  * @typedef {{ [M in ToPage as M["type"]]: M } & { frame: DataView, mesh: DataView, image: DataView, texture: DataView,
  *   lost: "gone" | "other" | "old", connected: null, again: { restarted: boolean } }} Messages
  */
 /**
- * A request that gets an answer, without its number.
+ * A request with an answer, without its number.
  * @typedef {FromPage extends infer M ? M extends { id: number } ? Omit<M, "id"> : never : never} Asked
  */
 
@@ -22,13 +22,13 @@ import { BINARY } from "tatu/parse";
 const handlers = new Map();
 /** @type {WebSocket | null} */
 let socket = null;
-/** The instance of the program that the page was connected to; a restarted program has a different one. */
+/** The id of the program instance that the page was connected to last. A restarted program has a different id. */
 let program = "";
 const calls = new Calls();
 
 /**
- * Calls `f` with each message of a kind: the `type` of its JSON, or "frame", "mesh", "image", "texture", "lost",
- * "connected", "again".
+ * Calls `f` with each message of a kind. The kind of a text message is its `type`; other kinds are "frame", "mesh",
+ * "image", "texture", "lost", "connected" and "again".
  * @template {keyof Messages} K
  * @param {K} kind
  * @param {(message: Messages[K]) => void} f
@@ -40,6 +40,7 @@ export function on(kind, f) {
 }
 
 /**
+ * Passes a message to the handlers of its kind.
  * @template {keyof Messages} K
  * @param {K} kind
  * @param {Messages[K]} message
@@ -49,7 +50,7 @@ function tell(kind, message) {
 }
 
 /**
- * Sends a message; returns false if there is no connection.
+ * Sends a request. Returns false if the page is not connected.
  * @param {FromPage} message
  */
 export function send(message) {
@@ -59,7 +60,8 @@ export function send(message) {
 }
 
 /**
- * Sends a message that gets an answer; returns a promise of its results, or of a failure. `what` is its name in errors.
+ * Sends a request with an answer. Returns a promise of the results, which is rejected with a failure; `what` describes
+ * the request in error messages.
  * @param {Asked} message
  * @param {string} what
  * @returns {Promise<any[]>}
@@ -72,8 +74,8 @@ export async function ask(message, what) {
 }
 
 /**
- * Throws a failure if there is no connection.
- * @param {string} result
+ * Throws a failure if the page is not connected.
+ * @param {string} result the consequence, for the error message
  * @param {string} help
  */
 function needConnection(result, help) {
@@ -81,7 +83,7 @@ function needConnection(result, help) {
 }
 
 /**
- * Calls a command; returns a promise of its results, or of a failure `{ error, help }`.
+ * Calls a command. Returns a promise of its results, which is rejected with a failure `{ error, help }`.
  * @param {string} name
  * @param {...unknown} args
  */
@@ -89,14 +91,14 @@ export function call(name, ...args) {
   return ask({ type: "call", name, args }, `\`${name}\``);
 }
 
-/** Size of the parts of a file, bytes. */
+/** Size of the parts in which a file is sent, bytes. */
 const PART = 2 << 20;
 
 /**
- * Sends a file in parts; returns a promise of its name for commands.
+ * Sends a file in parts. Returns a promise of the path by which commands open the file.
  * @param {File} file
- * @param {string} [name] with its folders, below `folder`
- * @param {string} [folder] the answer to the message `folder`
+ * @param {string} [name] path of the file within `folder`
+ * @param {string} [folder] the answer to a `folder` request
  * @returns {Promise<string>}
  */
 export async function upload(file, name = file.name, folder) {
@@ -112,7 +114,7 @@ export async function upload(file, name = file.name, folder) {
   return (await results)[0];
 }
 
-/** @param {MessageEvent} event */
+/** Handles a received message. @param {MessageEvent} event */
 function receive(event) {
   if (event.data instanceof ArrayBuffer) {
     const view = new DataView(event.data);
@@ -125,7 +127,7 @@ function receive(event) {
   if (!calls.answer(message)) tell(message.type, /** @type {any} */ (message));
 }
 
-/** The token: from the address, from which it is then removed, or stored before a reload of the page. */
+/** Returns the token. It is moved from the address to the session storage, from which it is read after a reload. */
 function token() {
   const found = new URLSearchParams(location.search).get("token");
   if (found) {
@@ -135,19 +137,19 @@ function token() {
   return sessionStorage.getItem("token") ?? "";
 }
 
-/** Delays between attempts to connect, ms. */
+/** Delays after unsuccessful attempts to connect, ms; the last one is repeated. */
 const WAITS = [100, 200, 400, 800, 1500, 2000];
-/** Time without an answer after which the program counts as unreachable, ms. */
+/** Time after which a request to the program is considered unanswered, ms. */
 const PATIENCE = 2000;
 
-/** @param {string} path */
+/** Requests a path of this address. @param {string} path */
 function get(path) {
   return fetch(path, { cache: "no-store", signal: AbortSignal.timeout(PATIENCE) });
 }
 
 /**
- * Queries the program at this address; returns a promise of its description, of null for another program, or of
- * undefined if nothing answers.
+ * Queries the program at this address. Returns a promise of its description, of null if another program answers, or of
+ * undefined if no program answers.
  * @returns {Promise<Program | null | undefined>}
  */
 async function whoIsThere() {
@@ -165,7 +167,7 @@ async function whoIsThere() {
   }
 }
 
-/** Returns whether the program refuses the token, which it also reports to requests without a WebSocket upgrade. */
+/** Returns a promise of whether the program rejects the token. It also does so for a request without an upgrade. */
 async function isRefused() {
   try {
     return (await get(`/ws?token=${token()}`)).status === 401;
@@ -175,8 +177,8 @@ async function isRefused() {
 }
 
 /**
- * Opens a WebSocket to a program; returns a promise of whether that succeeded.
- * @param {string} instance
+ * Opens a WebSocket to the program. Returns a promise of whether that succeeded.
+ * @param {string} instance id of the program instance
  * @returns {Promise<boolean>}
  */
 function open(instance) {
@@ -186,7 +188,7 @@ function open(instance) {
     own.onmessage = receive;
     own.onopen = () => {
       socket = own;
-      // The program sends its whole state again, so the state from the last connection is reset first.
+      // The program sends its complete state again, so handlers must first discard the state of the last connection.
       if (program) tell("again", { restarted: program !== instance });
       program = instance;
       done(true);
@@ -202,7 +204,7 @@ function open(instance) {
   });
 }
 
-/** Makes one attempt; returns whether it succeeded. The cause of a failure is sent as "lost": gone, other or old. */
+/** Tries to connect once. Returns a promise of whether that succeeded; if not, handlers of "lost" get the reason. */
 async function attempt() {
   const told = await whoIsThere();
   if (!told) {
@@ -217,7 +219,7 @@ async function attempt() {
   return false;
 }
 
-/** Connects, and reconnects whenever the connection is lost. */
+/** Connects to the program; retries until that succeeds. Called again when the connection is lost. */
 export async function connect() {
   for (let n = 0; !(await attempt()); n++) {
     const wait = WAITS[Math.min(n, WAITS.length - 1)];

@@ -1,5 +1,5 @@
 // @ts-check
-// Keys that move and turn the selection while the view has the focus.
+// Moves and rotates the selection by keys while the view has the focus.
 
 import * as THREE from "three";
 import { Carry, carried } from "tatu/carrying";
@@ -12,21 +12,22 @@ import { camera } from "tatu/view";
 
 /** @import { Quat, Vec3, Way } from "tatu/geometry" */
 
-/** Steps without a grid, m and degrees, and the factor for steps with Shift. */
+/** Steps per key press if no grid or angle is set, m and degrees. */
 export const STEPS = { translate: 0.05, rotate: 5 };
+/** Factor of the steps with Shift. */
 export const FINE = 0.1;
 
-/** Returns the distance, m, or the angle, degrees, of one key press. */
+/** Returns the step per key press, m or degrees; `fine` is whether Shift is pressed. */
 export function step(fine = false) {
   const whole = how.mode === "rotate" ? (angleStep() * 180) / Math.PI || STEPS.rotate : lengthStep() || STEPS.translate;
   return Number((whole * (fine ? FINE : 1)).toPrecision(12));
 }
 
-/** @param {THREE.Vector3} v @returns {Vec3} */
+/** Returns the components of a vector. @param {THREE.Vector3} v @returns {Vec3} */
 const numbers = (v) => [v.x, v.y, v.z];
 
 /**
- * Returns the axis of the frame along or about which a key acts, and its sign.
+ * Returns the axis of a frame along or about which a key moves the selection, and the sign of the motion.
  * @param {string} key
  * @param {Quat} frame
  * @returns {Way | null}
@@ -41,29 +42,31 @@ function wayOf(key, frame) {
   const vertical = key.startsWith("Page");
   const sideways = key === "ArrowLeft" || key === "ArrowRight";
   if (how.mode === "rotate") {
-    // Left turns counterclockwise as seen from above; up tips the object away from the camera.
+    // The left arrow key rotates counterclockwise as seen from above; the up key tilts the object away from the camera.
     const way = vertical || sideways ? { axis: 2, sign: vertical ? sign : -sign } : { axis: across.axis, sign: -sign * across.sign };
     return how.only < 0 ? way : { axis: how.only, sign: way.sign };
   }
   const way = vertical ? { axis: 2, sign: 1 } : sideways ? across : ahead;
   if (how.only < 0 || how.only === way.axis) return { axis: way.axis, sign: sign * way.sign };
-  // The sign of the free axis follows the screen if it is one of the horizontal axes.
+  // If the free axis is one of the horizontal axes, its sign is chosen so that the motion follows the screen.
   const free = [across, ahead].find(({ axis }) => axis === how.only) ?? { axis: how.only, sign: 1 };
   return { axis: free.axis, sign: sign * free.sign };
 }
 
 /**
- * The combined effect of key presses until the keys are released, which form one edit.
+ * The combined motion of all key presses until a key is released, which forms a single edit. `of` identifies the mode,
+ * the frame and the objects.
  * @typedef {{ of: string, by: Vec3, turn: Quat, carry: Promise<Carry> }} Burst
  */
 /** @type {Burst | null} */
 let burst = null;
-/** Settled when the previous edit has ended; exact poses are requested only then. @type {Promise<unknown>} */
+/** Settled when the last motion has been applied; only then can exact poses be requested. @type {Promise<unknown>} */
 let before = Promise.resolve();
 
 /**
+ * Moves or rotates the selection by one step.
  * @param {string} key
- * @param {boolean} fine
+ * @param {boolean} fine whether Shift is pressed
  */
 function nudge(key, fine) {
   const { mode, frame: frameName } = how;
@@ -90,7 +93,7 @@ const NUDGES = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Page
 const view = get("view");
 
 /**
- * Handles a key; returns false if the key does not move the selection.
+ * Handles a key press. Returns false if the key has no effect on the selection.
  * @param {KeyboardEvent} e
  */
 function act(e) {
@@ -110,7 +113,7 @@ function act(e) {
   return true;
 }
 
-// Registered for the capture phase, because all other keys in the view go to the simulation and to the selected robot.
+// Registered for the capture phase, so that the simulation and the selected robot receive only keys not handled here.
 addEventListener("keydown", (e) => {
   if (e.target !== view || e.ctrlKey || e.metaKey || e.altKey || !rights.acts || !act(e)) return;
   e.preventDefault();

@@ -1,5 +1,5 @@
 // @ts-check
-// Objects of the scene as groups of meshes, and their poses.
+// Represents each object of the scene by a group of meshes, and updates its pose.
 
 import * as THREE from "three";
 import { MANY, gather, hang, isLarge, scatter } from "tatu/crowd";
@@ -13,16 +13,16 @@ import { clad } from "tatu/surfaces";
 /** @import { Joint, Part, SceneObject } from "tatu/protocol" */
 /** @import { Body, ObjectGroup } from "tatu/crowd" */
 
-/** The root of all groups. */
+/** The group that contains the groups of all objects. */
 export const root = new THREE.Group();
 /**
- * The group of each object, by handle; children of a joint are attached to `moved` of its group.
+ * The groups of all objects, by handle. Children of a joint are attached to `moved` of its group.
  * @type {Map<number, ObjectGroup>}
  */
 export const groups = new Map();
-/** @type {Map<string, THREE.BufferGeometry>} */
+/** The received meshes, by hash. @type {Map<string, THREE.BufferGeometry>} */
 const meshes = new Map();
-/** @type {Map<string, THREE.MeshLambertMaterial>} */
+/** The materials, by color. @type {Map<string, THREE.MeshLambertMaterial>} */
 const materials = new Map();
 const UP = new THREE.Vector3(0, 0, 1);
 
@@ -46,13 +46,13 @@ const shared = {
   cylinder: new THREE.CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math.PI / 2),
   plane: endless(),
 };
-/** Coarser geometries of round forms for large scenes, in which each part is small. */
+/** Coarser geometries that replace those of round forms in large scenes, in which each part is small. */
 const coarse = new Map([
   [shared.sphere, /** @type {THREE.BufferGeometry} */ (new THREE.SphereGeometry(0.5, 10, 6))],
   [shared.cylinder, new THREE.CylinderGeometry(0.5, 0.5, 1, 10).rotateX(Math.PI / 2)],
 ]);
 
-/** @param {[number, number, number]} color */
+/** Returns the material of a color, which is shared by parts. @param {[number, number, number]} color */
 function material(color) {
   const key = color.map((x) => x.toFixed(3)).join();
   let found = materials.get(key);
@@ -65,6 +65,7 @@ function material(color) {
 }
 
 /**
+ * Creates the mesh of a part.
  * @param {Part} part
  * @returns {Body}
  */
@@ -92,7 +93,7 @@ function plain(part) {
 }
 
 /**
- * Sets the pose of a thing from seven numbers.
+ * Sets the position and quaternion of a thing.
  * @param {THREE.Object3D} thing
  * @param {number[]} pose
  */
@@ -102,6 +103,7 @@ function place(thing, pose) {
 }
 
 /**
+ * Sets the description of a joint, and creates the group that the joint moves.
  * @param {ObjectGroup} group
  * @param {Joint} described
  */
@@ -114,6 +116,7 @@ function joint(group, described) {
 }
 
 /**
+ * Draws the line of a path.
  * @param {ObjectGroup} group
  * @param {SceneObject} o
  */
@@ -128,9 +131,10 @@ function path(group, o) {
 }
 
 const hidden = get("hidden", HTMLInputElement);
-/** The layers that are visible by default, as in V-REP: the lower eight. */
+/** Bit mask of the layers that are visible by default: the lower eight, as in V-REP. */
 const SEEN = 0xff;
 
+/** Shows or hides the parts of all objects according to their layers. */
 function show() {
   for (const o of scene.objects.values()) {
     const is = o.visible && (hidden.checked || (o.layer & SEEN) !== 0);
@@ -140,7 +144,7 @@ function show() {
 hidden.onchange = show;
 
 /**
- * Rebuilds the appearance of an object in its group; attached objects are not affected.
+ * Builds the parts of an object in its group again. Objects attached to the group are not affected.
  * @param {ObjectGroup} group
  * @param {SceneObject} o
  */
@@ -163,6 +167,7 @@ function dress(group, o) {
 }
 
 /**
+ * Adds a thing that belongs to an object itself, and is removed when the object is built again.
  * @param {ObjectGroup} group
  * @param {THREE.Object3D} thing
  */
@@ -187,7 +192,7 @@ function above(o) {
   return found ? (found.userData.moved ?? found) : root;
 }
 
-/** Attaches all groups to those of their parents. */
+/** Attaches the groups of all objects to those of their parents. */
 function attach() {
   for (const o of scene.objects.values()) {
     const group = groups.get(o.id);
@@ -195,7 +200,7 @@ function attach() {
   }
 }
 
-/** Switches to instancing for large scenes. */
+/** Switches instancing on if the scene is large. */
 function crowdIfLarge() {
   let parts = 0;
   for (const group of groups.values()) parts += group.userData.bodies.length;
@@ -222,7 +227,7 @@ watch("scene", () => {
 });
 
 watch("objects", (changed) => {
-  // Instanced bodies are not attached to their groups, so instancing is ended before the change and started again.
+  // With instancing, bodies are not attached to their groups, so it is switched off during the change.
   const large = isLarge();
   if (large) {
     scatter(root);
@@ -239,8 +244,9 @@ watch("objects", (changed) => {
 });
 
 /**
+ * Sets the position of a joint.
  * @param {ObjectGroup} group
- * @param {number} x
+ * @param {number} x rad or m
  */
 function move(group, x) {
   const { moved, joint: j } = group.userData;
@@ -265,7 +271,7 @@ on("frame", (view) => {
   });
 });
 
-/** Returns the bounding box of visible objects, without infinite planes and distant objects. */
+/** Returns the bounding box of visible objects, except infinite planes and objects farther than 1 km from the origin. */
 export function bounds() {
   const box = new THREE.Box3();
   root.updateMatrixWorld(true);
@@ -279,20 +285,19 @@ export function bounds() {
       if (!own.isEmpty() && own.min.length() < 1e3 && own.max.length() < 1e3) box.union(own);
     }
   }
-  // If there are no shapes, the positions of objects are used.
+  // If no shape is visible, the box contains the positions of all objects instead.
   if (box.isEmpty()) for (const group of groups.values()) box.expandByPoint(group.getWorldPosition(new THREE.Vector3()));
   return box;
 }
 
-// Selected objects are outlined.
-/** @type {THREE.Group[]} */
+/** The outlines of the selected objects. @type {THREE.Group[]} */
 let borders = [];
 /** @type {WeakMap<THREE.BufferGeometry, THREE.EdgesGeometry>} */
 const outlines = new WeakMap();
 const BORDER = new THREE.LineBasicMaterial({ color: 0xffa500 });
 
 /**
- * Returns the edges of a geometry, which are computed once.
+ * Returns the edges of a geometry, which are computed only once.
  * @param {THREE.BufferGeometry} geometry
  */
 export function outline(geometry) {
@@ -304,7 +309,7 @@ export function outline(geometry) {
 }
 
 /**
- * Returns the group of an object, or the groups of all its parts if it is a model.
+ * Returns the groups to be outlined for an object: its own group, and for a model those of all objects below it.
  * @param {number} id
  */
 function bordered(id) {
@@ -312,6 +317,7 @@ function bordered(id) {
   return ids.flatMap((one) => groups.get(one) ?? []);
 }
 
+/** Outlines the selected objects. */
 function edge() {
   for (const old of borders) old.removeFromParent();
   borders = selection().flatMap((id) => bordered(id).map((group) => {

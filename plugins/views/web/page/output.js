@@ -1,5 +1,5 @@
 // @ts-check
-// The status line, which expands to the output panel with a tab for the status and one for each console of scripts.
+// The status line. It expands to the output panel, which has a tab for the status and one for each console of scripts.
 
 import { failure } from "tatu/calls";
 import { get, make } from "tatu/dom";
@@ -7,6 +7,7 @@ import { icon } from "tatu/icons";
 import { on } from "tatu/net";
 import { objectAt, scene, select, watch } from "tatu/store";
 
+/** Maximum number of lines per tab. */
 const MOST = 1000;
 const tabs = get("tabs");
 const output = get("output");
@@ -18,7 +19,7 @@ const more = get("more-output");
 const last = get("last-line");
 const OPEN = "tatu output";
 
-/** @param {boolean} is */
+/** Expands or collapses the output panel. @param {boolean} is */
 function unfold(is) {
   footer.classList.toggle("open", is);
   more.setAttribute("aria-expanded", String(is));
@@ -29,14 +30,14 @@ function unfold(is) {
 more.onclick = () => unfold(!footer.classList.contains("open"));
 last.onclick = () => unfold(true);
 
-/** Shows the newest line of the open tab in the row that is always visible. */
+/** Shows the newest line of the open tab in the status line. */
 function lastLine() {
   const newest = page(open).at(-1);
   last.textContent = newest?.textContent ?? "";
   last.className = newest?.className ?? "";
 }
 
-/** @param {string} name */
+/** Returns the lines of a tab, and creates the tab if necessary. @param {string} name */
 function page(name) {
   const known = pages.get(name);
   if (known) return known;
@@ -57,7 +58,7 @@ function mark() {
   }
 }
 
-/** @param {string} name */
+/** Opens a tab. @param {string} name */
 function show(name) {
   open = name;
   mark();
@@ -66,14 +67,14 @@ function show(name) {
   lastLine();
 }
 
-/** Clears all tabs. */
+/** Removes the lines of all tabs. */
 export function clear() {
   for (const name of pages.keys()) pages.set(name, []);
   show(open);
 }
 
 /**
- * Makes a click on a warning select its objects: the one whose path is at the beginning, or those whose names are in
+ * Turns object names in a warning or error into links that select the objects: a path at the beginning, or names in
  * parentheses at the end, as in notes of importers.
  * @param {HTMLElement} div
  */
@@ -95,22 +96,23 @@ function linkObjects(div) {
   div.replaceChildren(before, ...parts.flatMap((part, i) => (i ? [", ", part] : [part])), ")");
 }
 let noted = "";
-// Notes of importers are shown once per scene. Lines that were shown before the scene arrived are then linked.
+// Notes from loading a scene are shown once per scene.
 on("scene", ({ file, notes }) => {
   const key = JSON.stringify([file, notes]);
   if (key !== noted) for (const note of notes ?? []) line("Status", note, "warning");
   noted = key;
 });
+// Lines that were written before the scene arrived get their links now.
 watch("scene", () => {
   for (const lines of pages.values()) lines.forEach(linkObjects);
   lastLine();
 });
 
 /**
- * Writes a line.
- * @param {string} name
+ * Writes a line to a tab.
+ * @param {string} name name of the tab
  * @param {string} text
- * @param {string} [level]
+ * @param {string} [level] "", "warning" or "error"
  */
 export function line(name, text, level = "") {
   const div = make("div", { className: level, textContent: text });

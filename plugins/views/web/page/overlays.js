@@ -1,6 +1,6 @@
 // @ts-check
-// Overlays over the scene: contacts with their forces, centres of mass, inertia, velocities, colliding shapes, axes and
-// limits of joints, frames.
+// Overlays that are drawn over the scene: contacts with their forces, centres of mass, inertias, velocities, colliding
+// shapes, axes and limits of joints, and frames.
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
@@ -24,7 +24,7 @@ const KINDS = /** @type {const} */ ({
 /** @typedef {keyof typeof KINDS} Kind */
 
 const KEY = "tatu overlays";
-/** @type {Set<string>} */
+/** The enabled overlays. @type {Set<string>} */
 const wanted = new Set((localStorage.getItem(KEY) ?? "").split(" ").filter((kind) => kind in KINDS));
 const is = (/** @type {Kind} */ kind) => wanted.has(kind);
 
@@ -65,7 +65,8 @@ function arrow(out, from, way) {
 }
 
 /**
- * @param {THREE.Vector3[]} ends
+ * Draws line segments.
+ * @param {THREE.Vector3[]} ends the two ends of each segment
  * @param {THREE.LineBasicMaterial} material
  */
 function segments(ends, material) {
@@ -73,11 +74,11 @@ function segments(ends, material) {
 }
 
 /**
- * Returns line segments for the range of a joint: an arc with spokes at its ends, or a line with strokes across its
- * ends.
+ * Returns the ends of line segments, in the world frame, that show the range of a joint: an arc with spokes at its
+ * ends, or a line with strokes across its ends.
  * @param {THREE.Object3D} group
  * @param {Joint} joint
- * @param {number} size
+ * @param {number} size radius of the arc, m
  */
 function range(group, joint, size) {
   const [low, high] = joint.limits ?? [0, 0];
@@ -98,7 +99,7 @@ function range(group, joint, size) {
 }
 
 /**
- * Returns the box of uniform density that has the mass and the inertia of a body.
+ * Returns the edges of the box of uniform density with the mass and inertia of a body.
  * @param {THREE.Object3D} group
  * @param {THREE.Vector3} center
  * @param {BodyMark} body
@@ -117,7 +118,7 @@ function inertiaBox(group, center, body) {
   return box;
 }
 
-/** Redraws all enabled overlays; sizes are relative to the view. */
+/** Redraws all enabled overlays. Sizes are relative to half the height of the view at the target of the camera. */
 function draw() {
   for (const child of all.children) {
     if (!child.userData.shared && (child instanceof THREE.LineSegments || child instanceof THREE.Points)) child.geometry.dispose();
@@ -127,7 +128,7 @@ function draw() {
   if (is("contacts") && contacts.length) {
     const points = contacts.map((c) => new THREE.Vector3(...c.point));
     all.add(new THREE.Points(new THREE.BufferGeometry().setFromPoints(points), POINT));
-    // The largest force is drawn with 0.35 of half the view's height, unless all forces are below 1 N.
+    // The arrow of the largest force has a length of 0.35 `view`; forces below 1 N are not enlarged to that.
     const most = Math.max(1, ...contacts.map((c) => Math.hypot(...c.force)));
     /** @type {THREE.Vector3[]} */
     const ends = [];
@@ -147,7 +148,7 @@ function draw() {
       ball.scale.setScalar(Math.min(0.03 * view, 0.012 * Math.cbrt(b.mass) + 0.006 * view));
       all.add(ball);
     }
-    // The arrow shows the motion in one second, limited to a quarter of the view's height.
+    // The arrow is as long as the displacement in one second, but at most a quarter of the height of the view.
     if (is("velocities")) arrow(speeds, center, new THREE.Vector3(...b.velocity).clampLength(0, 0.5 * view));
   }
   segments(speeds, SPEED);
@@ -193,6 +194,7 @@ function draw() {
   redraw();
 }
 
+/** Requests the data of the enabled overlays, and redraws them. */
 function ask() {
   send({ type: "overlays", contacts: is("contacts"), bodies: asksForBodies() });
   if (!is("contacts")) contacts = [];
@@ -214,7 +216,7 @@ on("event", ({ name }) => {
 controls.addEventListener("end", () => { if (wanted.size) draw(); });
 for (const news of /** @type {const} */ (["scene", "objects", "selected"])) watch(news, () => { if (wanted.size) draw(); });
 
-// The menu below the button.
+// The menu below the button, in which overlays are enabled.
 const button = get("overlays");
 const menu = get("overlay-menu");
 for (const [kind, name] of Object.entries(KINDS)) {

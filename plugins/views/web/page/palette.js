@@ -1,6 +1,6 @@
 // @ts-check
-// The palette of items that can be added, by dragging them into the view, or by a click on the item and one in the
-// view.
+// The palette of items that can be added to the scene, either by dragging an item into the view, or by clicking it and
+// then clicking a point in the view.
 
 import { get, make } from "tatu/dom";
 import { tell } from "tatu/output";
@@ -15,11 +15,11 @@ const button = get("add");
 const palette = get("palette");
 const search = get("find-item", HTMLInputElement);
 const list = get("items");
-/** Distance in pixels from which a press counts as a drag. */
+/** Distance that the pointer must move before a press becomes a drag, pixels. */
 const STILL = 4;
 let filled = false;
 
-/** @param {Item} item */
+/** Creates the button of an item. @param {Item} item */
 function entry(item) {
   const b = make("button", { className: "entry", title: item.text });
   b.dataset.item = item.name;
@@ -28,7 +28,7 @@ function entry(item) {
   let down = null;
   b.onpointerdown = (e) => {
     if (e.button === 0) down = { x: e.clientX, y: e.clientY };
-    // The palette releases the pointer, so that the view receives its events.
+    // The button must not capture the pointer, so that the view receives its events.
     b.releasePointerCapture(e.pointerId);
   };
   addEventListener("pointermove", (e) => {
@@ -38,20 +38,21 @@ function entry(item) {
   });
   addEventListener("pointerup", () => { down = null; });
   b.onclick = (e) => {
-    // A key press has no position, so the item is placed at the middle of the view.
+    // A click by the keyboard has no position, so the item is placed at the middle of the view.
     if (e.detail === 0) putInMiddle(item);
     else begin(item, false);
   };
   return b;
 }
 
-/** @param {Section} section */
+/** Creates a section. @param {Section} section */
 function part({ name, items }) {
   const own = make("details", { open: name === "Shapes" });
   own.append(make("summary", { textContent: name }), ...items.map(entry));
   return own;
 }
 
+/** Requests the kinds of devices and the models, and fills the palette. */
 async function fill() {
   filled = true;
   try {
@@ -65,7 +66,7 @@ async function fill() {
   }
 }
 
-/** @param {boolean} is */
+/** Shows or hides the palette. @param {boolean} is */
 function show(is) {
   palette.hidden = !is;
   button.setAttribute("aria-pressed", String(is));

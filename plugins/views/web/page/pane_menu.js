@@ -1,5 +1,5 @@
 // @ts-check
-// The menu of windows: the list of sensors, camera images, plots of graphs.
+// The menu of windows that can be opened: the list of sensors, images of cameras, and plots of graphs.
 
 import { cameraSpec, sees } from "tatu/camera_pane";
 import { get } from "tatu/dom";
@@ -13,7 +13,7 @@ import "tatu/sensor_pane";
 const MOST = 12;
 
 /**
- * Returns the window that shows an object, or null if there is none.
+ * Returns the kind and description of the window that shows an object, or null if there is none.
  * @param {number} id
  * @returns {{ kind: string, spec: unknown } | null}
  */

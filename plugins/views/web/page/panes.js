@@ -1,15 +1,16 @@
 // @ts-check
-// The windows that the user has opened over the view: cameras, plots, lists. They are remembered for each scene.
+// The windows that the user has opened over the view, such as images of cameras and plots. They are stored in the
+// browser for each scene, and opened again with it.
 
 import { on } from "tatu/net";
 import { scene, watch } from "tatu/store";
 
 /**
- * A window: its kind, a description of its content, and a function that closes it. In `spec`, objects are paths,
- * because handles change between runs of the program.
+ * A window: its kind, a description of its content, and a function that closes it. In `spec`, objects are identified by
+ * paths, because handles change between runs of the program.
  * @typedef {{ kind: string, spec: unknown, close: () => void }} Pane
  */
-/** Opens a window, or returns null if its content does not exist. @typedef {(spec: any) => Pane | null} Opener */
+/** @typedef {(spec: any) => Pane | null} Opener opens a window, or returns null if its content does not exist */
 
 /** @type {Map<string, { opener: Opener, identity: (spec: any) => string }>} */
 const openers = new Map();
@@ -19,7 +20,7 @@ const open = new Set();
 let quiet = false;
 
 /**
- * Registers a kind of window. Windows with the same `identity` count as the same window.
+ * Registers a kind of window. Only one window with the same `identity` can be open.
  * @param {string} kind
  * @param {Opener} opener
  * @param {(spec: any) => string} [identity]
@@ -29,6 +30,7 @@ export function offer(kind, opener, identity = JSON.stringify) {
 }
 
 /**
+ * Returns the open window with a kind and description, or undefined.
  * @param {string} kind
  * @param {unknown} spec
  */
@@ -37,7 +39,7 @@ function find(kind, spec) {
   return [...open].find((p) => p.kind === kind && identity(p.spec) === identity(spec));
 }
 
-/** @returns {string} */
+/** Returns the key under which the windows of this scene are stored. @returns {string} */
 function key() {
   return `tatu panes ${scene.file}`;
 }
@@ -51,7 +53,7 @@ export function remember() {
 }
 
 /**
- * Opens a window, or brings an existing one with the same content to the front.
+ * Opens a window, unless it is already open.
  * @param {string} kind
  * @param {unknown} spec
  */
@@ -64,6 +66,7 @@ export function openPane(kind, spec) {
 }
 
 /**
+ * Returns whether a window is open.
  * @param {string} kind
  * @param {unknown} spec
  */
@@ -83,7 +86,7 @@ export function toggle(kind, spec) {
 }
 
 /**
- * Must be called by a window that was closed.
+ * Removes a window from the open ones. Each window must call this function when it is closed.
  * @param {Pane} pane
  */
 export function gone(pane) {
@@ -91,7 +94,7 @@ export function gone(pane) {
   remember();
 }
 
-/** Opens the windows that are stored for this scene. */
+/** Closes all windows, and opens those that are stored for this scene. */
 function restore() {
   quiet = true;
   for (const pane of [...open]) pane.close();
@@ -105,7 +108,7 @@ function restore() {
   quiet = false;
 }
 
-// A restarted program may use different handles.
+// A restarted program may use different handles, so windows must be opened again.
 let again = false;
 on("again", ({ restarted }) => { again = restarted; });
 watch("scene", () => {

@@ -4,46 +4,50 @@
 
 /** Kinds of binary messages, by their first byte. @type {{ [kind: number]: "frame" | "mesh" | "image" | "texture" | undefined }} */
 export const BINARY = { 1: "frame", 2: "mesh", 3: "image", 4: "texture" };
+/** Size of the header of a frame, bytes. */
 const HEAD = 20;
 
 /**
- * An entry of a frame: an object, and a pose, position or rotation.
+ * An entry of a frame: the handle of an object, and its pose, joint position or joint rotation.
  * @typedef {{ id: number, what: "pose" | "position" | "rotation", numbers: number[] }} Entry
  */
 
 /**
+ * Reads a value in full precision.
  * @param {DataView} view
  * @param {number} at
  */
 const float64 = (view, at) => view.getFloat64(at, true);
 /**
+ * Reads a component of a quaternion.
  * @param {DataView} view
  * @param {number} at
  */
 const turned = (view, at) => view.getInt16(at, true) / 32767;
 /**
+ * Reads a coordinate, m.
  * @param {DataView} view
  * @param {number} at
  */
 const placed = (view, at) => view.getInt32(at, true) / 1e4;
 
 /**
- * Kinds of entries: what they set, and the number and size of their values.
+ * The types of entries: what they contain, and how each value is read and its size in bytes.
  * @type {{ what: Entry["what"], read: ((view: DataView, at: number) => number)[], size: number[] }[]}
  */
 const ENTRIES = [
   { what: "pose", read: [placed, placed, placed, turned, turned, turned, turned], size: [4, 4, 4, 2, 2, 2, 2] },
   { what: "position", read: [(view, at) => view.getFloat32(at, true)], size: [4] },
   { what: "rotation", read: [turned, turned, turned, turned], size: [2, 2, 2, 2] },
-  // Entries of films, in full precision.
+  // The same in full precision, for films.
   { what: "pose", read: Array(7).fill(float64), size: Array(7).fill(8) },
   { what: "position", read: [float64], size: [8] },
   { what: "rotation", read: Array(4).fill(float64), size: Array(4).fill(8) },
 ];
 
 /**
- * Returns the size of an entry after its head, bytes.
- * @param {number} kind
+ * Returns the size of an entry without its key, bytes; 0 for unknown types.
+ * @param {number} kind type of the entry
  */
 export function entryLength(kind) {
   return ENTRIES[kind]?.size.reduce((sum, n) => sum + n, 0) ?? 0;
@@ -58,8 +62,8 @@ export function timeOf(view) {
 }
 
 /**
- * Calls `f` with each entry of a frame. The array is reused for the next entry. A frame that is truncated or has an
- * unknown kind of entry is read up to that point.
+ * Calls `f` with each entry of a frame. The array is reused for the next entry. A frame that is truncated or contains
+ * an entry of an unknown type is read up to that point.
  * @param {DataView} view
  * @param {(id: number, what: Entry["what"], numbers: number[]) => void} f
  */
@@ -116,7 +120,7 @@ export function texture(view) {
 }
 
 /**
- * Converts an image of a sensor to RGBA bytes, the top row first. Depths become lighter towards the sensor.
+ * Parses an image of a sensor, and converts it to RGBA bytes, the top row first. Smaller depths are lighter.
  * @param {DataView} view
  * @returns {{ id: number, width: number, height: number, pixels: Uint8ClampedArray<ArrayBuffer> }}
  */
@@ -127,7 +131,7 @@ export function image(view) {
   const depth = (/** @type {number} */ i) => view.getFloat32(16 + 4 * i, true);
   let far = 0;
   if (!color) for (let i = 0; i < width * height; i++) if (Number.isFinite(depth(i))) far = Math.max(far, depth(i));
-  // Pixels without a hit are as dark as the farthest ones with a hit.
+  // Pixels without a hit are black, like those with the largest depth.
   const light = (/** @type {number} */ i) => (Number.isFinite(depth(i)) ? 255 * (1 - depth(i) / (far || 1)) : 0);
   for (let y = 0; y < height; y++) {
     for (let x = 0; x < width; x++) {

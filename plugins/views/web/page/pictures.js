@@ -1,5 +1,5 @@
 // @ts-check
-// Takes pictures of the scene for the recent scenes in the gallery.
+// Takes pictures of the scene, which the gallery shows for recent scenes.
 
 import { get } from "tatu/dom";
 import { on, send } from "tatu/net";
@@ -11,15 +11,18 @@ import { drawn, renderer } from "tatu/view";
  * @type {[number, number][]}
  */
 const SIZES = [[240, 150], [160, 100]];
+/** Maximum size of a picture, bytes. */
 const MOST = 64 << 10;
-/** Delay of the first picture of a scene, and interval of later ones, ms. */
+/** Delay between the arrival of a scene and its first picture, ms. */
 const FIRST = 3000;
+/** Interval of further pictures, ms. */
 const OFTEN = 20000;
+/** Number of the image in the view (`drawn`) when the last picture was sent. */
 let sent = 0;
 
 /**
  * Returns the middle of the view as a PNG in base64.
- * @param {[number, number]} size
+ * @param {[number, number]} size pixels
  */
 function picture([width, height]) {
   const from = renderer.domElement;
@@ -30,7 +33,7 @@ function picture([width, height]) {
   return to.toDataURL("image/png").split(",")[1] ?? "";
 }
 
-/** Sends a picture of the scene if it looks different from the last one. */
+/** Sends a picture of the scene, unless the view has not been rendered since the last picture. */
 export function sendPicture() {
   const { width, height } = renderer.domElement;
   if (!rights.acts || !scene.objects.size || drawn === sent || !width || !height) return;

@@ -1,5 +1,6 @@
 // @ts-check
-// Places new objects in the view: a preview follows the pointer, and the object is put on the surface below it.
+// Adds objects at a point of the view that the user chooses: a preview follows the pointer, and the object is placed on
+// the surface under the pointer.
 
 import * as THREE from "three";
 import { tell } from "tatu/output";
@@ -13,7 +14,7 @@ import { controls, host, redraw, stage } from "tatu/view";
 /** @import { Item } from "tatu/stock" */
 /** @import { Pointer } from "tatu/pointing" */
 
-/** @type {{ item: Item, dragged: boolean } | null} */
+/** The item that is being placed. @type {{ item: Item, dragged: boolean } | null} */
 let going = null;
 const look = new THREE.MeshLambertMaterial({ color: 0xffa500, transparent: true, opacity: 0.55 });
 const preview = new THREE.Mesh(/** @type {THREE.BufferGeometry} */ (new THREE.BoxGeometry()), look);
@@ -25,7 +26,7 @@ export function isPlacing() {
   return going !== null;
 }
 
-/** @param {Item} item */
+/** Returns the geometry of the preview. @param {Item} item */
 function geometry({ form, size: [x, y, z] }) {
   if (form === "sphere") return new THREE.SphereGeometry(x / 2, 24, 12);
   if (form === "cylinder") return new THREE.CylinderGeometry(x / 2, x / 2, z, 24).rotateX(Math.PI / 2);
@@ -34,7 +35,8 @@ function geometry({ form, size: [x, y, z] }) {
 }
 
 /**
- * Starts to place an item. If `dragged` is set, the mouse button is down, and its release places the item.
+ * Starts to place an item. If `dragged` is set, the mouse button is pressed, and the item is placed when it is
+ * released; otherwise, the item is placed by the next click.
  * @param {Item} item
  * @param {boolean} dragged
  */
@@ -55,7 +57,7 @@ function end() {
 }
 
 /**
- * Returns the position at which an item would be placed.
+ * Returns the position at which an item would be placed, and the object there; null if there is no surface.
  * @param {Item} item
  * @param {Pointer} at
  */
@@ -64,17 +66,17 @@ function spot(item, at) {
   if (!found) return null;
   const { x, y, z } = found.point;
   const point = lengthStep() ? new THREE.Vector3(snapLength(x), snapLength(y), z) : new THREE.Vector3(round(x), round(y), z);
-  // Rounded to 0.1 mm, because the coordinates from raycasts have noise.
+  // Coordinates are rounded to 0.1 mm, because those of raycasts contain floating-point noise.
   return { id: found.id, point: point.setZ(round(z + item.lift)) };
 }
 
-/** @param {number} x */
+/** Rounds a coordinate to 0.1 mm. @param {number} x m */
 function round(x) {
   return Math.round(x * 1e4) / 1e4;
 }
 
 /**
- * Returns the object to which an item is attached: the body under the pointer, unless it is a floor.
+ * Returns the object to which an item is attached: the object `id`, or 0 if it is a floor or has no parts.
  * @param {number} id
  */
 function carrier(id) {
@@ -83,6 +85,7 @@ function carrier(id) {
 }
 
 /**
+ * Adds an item to the scene at the surface under the pointer.
  * @param {Item} item
  * @param {Pointer} at
  */
@@ -117,7 +120,7 @@ export function putInMiddle(item) {
   return put(item, middle());
 }
 
-/** @param {PointerEvent} e */
+/** Returns whether the pointer is over the view. @param {PointerEvent} e */
 function isInView(e) {
   return document.elementFromPoint(e.clientX, e.clientY)?.closest("#view") !== null;
 }

@@ -1,15 +1,15 @@
 // @ts-check
-// Simplified images for software rendering of large scenes: lower resolution and no antialiasing while objects move.
+// Simplified images for software rendering of large scenes: they have a lower resolution, and are not antialiased.
 
 import * as THREE from "three";
 
-/** Number of triangles from which a scene counts as large for software rendering. */
+/** Number of triangles above which a scene is large for software rendering. */
 const MANY = 30_000;
-/** Resolution of simplified images, relative to that of the view. */
+/** Ratio of the width and height of simplified images to those of the view. */
 const SHARE = 0.6;
 
 /**
- * Returns whether the browser renders in software.
+ * Returns whether the browser renders in software, not on a graphics processor.
  * @param {THREE.WebGLRenderer} renderer
  */
 export function isSoftware(renderer) {
@@ -27,7 +27,7 @@ stage.add(whole);
 const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
 
 /**
- * Draws a simplified image.
+ * Draws a simplified image. Returns the number of rendered triangles.
  * @param {THREE.WebGLRenderer} renderer
  * @param {THREE.Scene} scene
  * @param {THREE.Camera} from
@@ -44,7 +44,7 @@ export function drawPlain(renderer, scene, from) {
   return triangles;
 }
 
-/** @param {number} triangles of the last picture */
+/** Returns whether a scene is large for software rendering. @param {number} triangles of the last image */
 export function isMany(triangles) {
   return triangles > MANY;
 }

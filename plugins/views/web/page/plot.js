@@ -1,15 +1,15 @@
 // @ts-check
-// Draws curves on a canvas: axes with round numbers, a grid, and curves in colors that color-blind people can
+// Draws curves on a canvas, with a grid, axes labelled with round numbers, and colors that color-blind people can
 // distinguish.
 
 /**
- * A curve; the components of `color` are from 0 to 1. `times` are the values on the horizontal axis: times, or the x
- values * of an x-y curve. Without `color`, `place` is the index of a default color; it defaults to the index of the
- curve.
+ * A curve. `times` are the values on the horizontal axis: times, or the x values of an x-y curve. The components of
+ * `color` are from 0 to 1. Without `color`, the curve has the default color with the index `place`, which defaults to
+ * the index of the curve.
  * @typedef {{ name: string, unit?: string, color?: number[] | null, place?: number, times: (number | null)[], values: (number | null)[] }} Curve
  */
 
-/** Default colors of curves, from the palette of Okabe and Ito. */
+/** Default colors of curves, from the palette by Okabe and Ito. */
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 /** Minimum distance between grid lines, pixels. */
 const APART = { x: 70, y: 28 };
@@ -24,7 +24,8 @@ export function colorOf(color, i) {
 }
 
 /**
- * Returns at most `most` round numbers from `low` to `high`, and the number of decimal places that they need.
+ * Returns about `most` round numbers from `low` to `high`, or fewer, and the number of decimal places that they
+ * require.
  * @param {number} low
  * @param {number} high
  * @param {number} most
@@ -41,7 +42,7 @@ export function ticks(low, high, most) {
 }
 
 /**
- * Returns the range of the values of curves, with a margin.
+ * Returns the range of the times or values of curves, or null if there are none. The range of values has a margin.
  * @param {Curve[]} curves
  * @param {"times" | "values"} key
  */
@@ -55,26 +56,26 @@ function range(curves, key) {
     }
   }
   if (low > high) return null;
-  // A constant value is drawn in the middle.
+  // The range around a constant value is chosen so that the curve is drawn in the middle.
   const room = high > low ? (key === "values" ? 0.04 * (high - low) : 0) : Math.max(Math.abs(high) * 0.1, 1e-3);
   return { low: low - room, high: high + room };
 }
 
 /**
+ * Formats the label of a tick.
  * @param {number} x
- * @param {number} digits
+ * @param {number} digits number of decimal places
  */
 function label(x, digits) {
   return digits > 6 || Math.abs(x) >= 1e6 ? x.toExponential(1) : (x + 0).toFixed(digits).replace(/^-0(\.0*)?$/, "0$1");
 }
 
 /**
- * Draws curves. `unit` is that of the horizontal axis; `legend` sets whether the picture includes the names of the
- curves.
+ * Draws curves.
  * @param {HTMLCanvasElement} canvas
  * @param {Curve[]} curves
- * @param {string} [unit]
- * @param {boolean} [legend]
+ * @param {string} [unit] of the horizontal axis
+ * @param {boolean} [legend] whether to draw the names and units of the curves
  */
 export function plot(canvas, curves, unit = "s", legend = true) {
   const c = canvas.getContext("2d");

@@ -1,5 +1,5 @@
 // @ts-check
-// Plot windows: properties and readings over time or against each other, and the streams of graphs.
+// Plot windows, which show properties and readings over time or against each other, or the streams of a graph.
 
 import { make } from "tatu/dom";
 import { floating } from "tatu/floating";
@@ -16,11 +16,13 @@ import { unwatch, watchValue } from "tatu/watching";
 /** @import { Curve } from "tatu/plot" */
 /** @import { Series } from "tatu/watching" */
 /**
- * The source of a curve: an element of a property or reading; `factor` converts rad to degrees.
+ * The source of a curve: an element of a property or of a field of readings. Values are multiplied by `factor` for
+ * display, for example to convert rad to degrees.
  * @typedef {{ object: string, key: string, index: number, name: string, unit: string, factor: number }} Shown
  */
 /**
- * A plot of values or of a graph. `along` is the name of the curve on the horizontal axis; "": the time.
+ * The description of a plot: `curves` of values, or the path of a graph. `n` identifies plots of values. `along` is the
+ * name of the curve that provides the horizontal axis, or "" for the time.
  * @typedef {{ n: number, curves: Shown[], graph: string, along: string }} Spec
  */
 
@@ -31,7 +33,7 @@ const drawers = new Set();
 let current = null;
 
 /**
- * Returns how many elements of a row can be plotted.
+ * Returns the number of elements of a property that can be plotted, or 0 if the property cannot be plotted.
  * @param {Row} row
  */
 export function countOf({ value }) {
@@ -40,16 +42,16 @@ export function countOf({ value }) {
 }
 
 /**
- * Plots a property or a field of a reading, in the plot that was used last or in a new one.
+ * Plots a property or a field of readings in the plot that was used last, or in a new one.
  * @param {number} object
  * @param {Row} row
- * @param {boolean} [anew]
+ * @param {boolean} [anew] whether to open a new plot
  */
 export function plotRow(object, row, anew = false) {
   const [path, n] = [pathOf(object), countOf(row)];
   const slides = scene.objects.get(object)?.joint?.type === "prismatic";
   const { text: unit, factor } = unitOf(row.unit, slides);
-  // Objects with the same name are distinguished by their paths.
+  // If several objects have the same name, curves are named after the path of the object.
   const alias = scene.objects.get(object)?.alias ?? "";
   const several = [...scene.objects.values()].filter((o) => o.alias === alias).length > 1;
   const called = several ? path : alias;
@@ -71,7 +73,7 @@ export function plotRow(object, row, anew = false) {
 }
 
 /**
- * Returns the specification of a graph's window.
+ * Returns the description of the plot of a graph.
  * @param {number} id
  */
 export function graphSpec(id) {
@@ -79,7 +81,7 @@ export function graphSpec(id) {
 }
 
 /**
- * Combines two curves to an x-y curve, by their times.
+ * Combines two curves into an x-y curve by matching their times.
  * @param {Curve} x
  * @param {Curve} y
  * @returns {Curve}
@@ -89,7 +91,7 @@ function over(x, y) {
   return { ...y, times: y.times.map((t) => at.get(t) ?? null) };
 }
 
-/** @param {Spec} spec */
+/** Opens a plot, or returns null if none of its objects exists. @param {Spec} spec */
 function openPlot(spec) {
   const graph = objectAt(spec.graph);
   if (spec.graph ? !graph : !spec.curves.some((c) => objectAt(c.object))) return null;
@@ -111,13 +113,16 @@ function openPlot(spec) {
   const legend = make("ul", { className: "legend" });
   window.body.append(tools, canvas, legend);
 
-  /** The watched values of the plot's curves. @type {Map<Shown, Series | null>} */
+  /**
+   * The watched values, by the curve that shows them; null if the object of the curve does not exist.
+   * @type {Map<Shown, Series | null>}
+   */
   const series = new Map();
   /** @type {Curve[]} */
   let streams = [];
   let due = false;
 
-  /** @returns {Curve[]} */
+  /** Returns all curves over time. @returns {Curve[]} */
   function all() {
     if (graph) return streams;
     return spec.curves.map(({ name, unit, index, factor }, i) => {
@@ -125,7 +130,7 @@ function openPlot(spec) {
       return { name, unit, times: own?.times ?? [], values: own?.numbers.map((n) => (typeof n[index] === "number" ? factor * n[index] : null)) ?? [] };
     });
   }
-  /** Returns the curves to draw, and the label of the horizontal axis. */
+  /** Returns the curves to be drawn, and the curve that provides the horizontal axis, or null for the time. */
   function shown() {
     const curves = all();
     const x = curves.find((c) => c.name === spec.along);
@@ -172,7 +177,7 @@ function openPlot(spec) {
       item.append(swatch, make("span", { textContent: c.name }), make("output"));
       if (graph) return item;
       const drop = make("button", { type: "button", textContent: "\u00D7", title: "Remove this curve" });
-      drop.setAttribute("aria-label", `Take ${c.name} out`);
+      drop.setAttribute("aria-label", `Remove ${c.name}`);
       drop.onclick = () => {
         spec.curves.splice(i, 1);
         if (!spec.curves.length) return window.close();
@@ -183,7 +188,7 @@ function openPlot(spec) {
       return item;
     }));
   }
-  /** Watches exactly the plotted values. */
+  /** Watches the values of the current curves, and stops watching others. */
   function update() {
     for (const [curve, own] of series) {
       if (spec.curves.includes(curve)) continue;

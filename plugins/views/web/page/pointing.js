@@ -1,5 +1,5 @@
 // @ts-check
-// The position of the pointer in the scene.
+// Determines which point of the scene is under the pointer.
 
 import * as THREE from "three";
 import { hitAt, host, rayAt } from "tatu/view";
@@ -11,12 +11,12 @@ let last = null;
 host.addEventListener("pointermove", ({ clientX, clientY }) => { last = { clientX, clientY }; });
 host.addEventListener("pointerleave", () => { last = null; });
 
-/** The pointer while it is over the view, otherwise null. */
+/** Returns the position of the pointer while it is over the view, otherwise null. */
 export function pointer() {
   return last;
 }
 
-/** The middle of the view. */
+/** Returns the position of the middle of the view. */
 export function middle() {
   const box = host.getBoundingClientRect();
   return { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 };
@@ -25,7 +25,8 @@ export function middle() {
 const floor = new THREE.Plane(new THREE.Vector3(0, 0, 1), 0);
 
 /**
- * Returns the point under the pointer on the surface of an object, or on the ground (z = 0); null if there is neither.
+ * Returns the point under the pointer, which is on the surface of the object `id`, or on the ground (z = 0) if `id` is
+ * 0. Returns null if there is neither.
  * @param {Pointer | null} at
  * @returns {{ id: number, point: THREE.Vector3 } | null}
  */
@@ -38,7 +39,7 @@ export function surfaceAt(at) {
 }
 
 /**
- * Returns the point of the ground under the pointer, or null.
+ * Returns the point under the pointer, as `surfaceAt` does, but without the object.
  * @param {Pointer | null} at
  */
 export function groundAt(at) {

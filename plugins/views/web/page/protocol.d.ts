@@ -7,11 +7,11 @@
 export type Action = "start" | "pause" | "stop" | "step" | "quit";
 
 /**
- * A dynamic body.
+ * A dynamic shape, for overlays.
  */
 export type BodyMark = { id: number,
 /**
- * The centre of mass in the frame of the body, m.
+ * The centre of mass in the frame of the shape, m.
  */
 com: [number, number, number],
 /**
@@ -19,11 +19,11 @@ com: [number, number, number],
  */
 mass: number,
 /**
- * The inertia matrix about the centre of mass, in the frame of the body, by rows, kg m^2.
+ * The inertia matrix about the centre of mass, in the frame of the shape, in row-major order, kg m^2.
  */
 inertia: [number, number, number, number, number, number, number, number, number],
 /**
- * The velocity in the world frame, m/s.
+ * The linear velocity in the world frame, m/s.
  */
 velocity: [number, number, number], };
 
@@ -37,11 +37,11 @@ export type Command = { name: string,
 params: string, text: string, };
 
 /**
- * A contact of the last step.
+ * A contact in the last step.
  */
 export type ContactMark = {
 /**
- * The two shapes; the second one can move if one of them can.
+ * The handles of the two shapes. If only one of them can move, it is the second.
  */
 pair: [number, number],
 /**
@@ -58,11 +58,11 @@ force: [number, number, number], };
  */
 export type Drawing = { form: string,
 /**
- * Size of points and lines in pixels, or of solids in m.
+ * Size of each item: pixels for points and lines, m for solids.
  */
 size: number, color: Array<number>,
 /**
- * The values of all items, consecutively, and the number of values per item.
+ * The values of all items, consecutively; each item has `stride` values.
  */
 items: Array<number>, stride: number, };
 
@@ -71,7 +71,7 @@ items: Array<number>, stride: number, };
  */
 export type FromPage = { "type": "run", action: Action, } | { "type": "speed", speed: number, } | { "type": "key", key: string, } | { "type": "drop", id: number, file: string, part: string, last: boolean,
 /**
- * The folder for the file, as returned by `folder`.
+ * The folder for the file: the answer to a `folder` request. Without it, the file is a single one.
  */
 folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<Watched>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
 
@@ -80,15 +80,15 @@ folder?: string, } | { "type": "folder", id: number, name: string, } | { "type":
  */
 export type Joint = {
 /**
- * revolute, prismatic or spherical.
+ * The type: `revolute`, `prismatic` or `spherical`.
  */
 type: string,
 /**
- * Translation of a screw joint per turn, m.
+ * Translation of a screw joint per revolution, m.
  */
 lead: number,
 /**
- * Minimum and maximum position, rad or m, if the joint has limits.
+ * Minimum and maximum position, rad or m; omitted if the joint has no limits.
  */
 limits?: [number, number], };
 
@@ -97,27 +97,27 @@ limits?: [number, number], };
  */
 export type Part = {
 /**
- * plane, box, sphere, cylinder, capsule or mesh.
+ * The form: `plane`, `box`, `sphere`, `cylinder`, `capsule` or `mesh`.
  */
 form: string,
 /**
- * Pose of the part in the frame of its object.
+ * Pose of the part in the frame of its object: position (m) and quaternion (x y z w).
  */
 pose: [number, number, number, number, number, number, number],
 /**
- * Red, green and blue, 0 to 1.
+ * Red, green and blue components, 0 to 1.
  */
 color: [number, number, number],
 /**
- * Size of the part along its axes, m.
+ * Size of the part along its axes, m; omitted for a mesh.
  */
 size?: Array<number>,
 /**
- * The texture of the part.
+ * The texture of the part, if it has one.
  */
 texture?: Texture,
 /**
- * The hash of the mesh, which is sent as a separate message.
+ * The hash of the mesh, which is sent in a separate message; omitted for other forms.
  */
 mesh?: string, };
 
@@ -126,23 +126,23 @@ mesh?: string, };
  */
 export type Reading = { "schema": "proximity", detected: boolean, distance?: number,
 /**
- * The detected point, in the sensor's frame.
+ * The detected point in the sensor's frame, m.
  */
 point?: Array<number>, } | { "schema": "range_scan",
 /**
- * The distance along each beam, m; null if it hits nothing.
+ * The distance measured along each beam, m; null if the beam hits nothing.
  */
 distance: Array<number | null>,
 /**
- * The angle of each beam about +y from +z, rad.
+ * The angle of each beam about the +y axis, measured from the +z axis, rad.
  */
 angle: Array<number>,
 /**
- * The elevation of each beam towards +y, rad; 0 if it is missing.
+ * The elevation of each beam towards the +y axis, rad; omitted if all beams have elevation 0.
  */
 elevation?: Array<number>,
 /**
- * The maximum distance that the sensor measures, m; unlimited if it is missing.
+ * The maximum distance that the sensor measures, m; omitted if it is unlimited.
  */
 range?: number, } | { "schema": "gps",
 /**
@@ -151,11 +151,11 @@ range?: number, } | { "schema": "gps",
 position: Array<number>, } | { "schema": "fields", fields: { [key in string]: Array<number | null> }, };
 
 /**
- * A property of an object.
+ * A property of an object, or a short field of its last reading.
  */
 export type Row = { key: string,
 /**
- * The type of the value, one of the constants `TATU_*`, and its number of elements; 0 means any number.
+ * The type of the value, one of the constants `TATU_*`; `count` is its number of elements, or 0 for any number.
  */
 type: number, count: number, unit: string, text: string, settable: boolean, choices: Array<string>,
 /**
@@ -170,7 +170,7 @@ max?: number, value: unknown, };
 export type RunState = "stopped" | "running" | "paused";
 
 /**
- * The watched values after a step.
+ * The watched values at the end of a step.
  */
 export type Sample = {
 /**
@@ -178,8 +178,8 @@ export type Sample = {
  */
 time: number,
 /**
- * The elements of each value, in the order of the request; empty if the value cannot be read. Elements that are
- * not finite are null.
+ * The elements of each watched value, in the order of the request; empty if the value cannot be read. Non-finite
+ * elements are null.
  */
 values: Array<Array<number | null>>, };
 
@@ -188,7 +188,7 @@ values: Array<Array<number | null>>, };
  */
 export type SceneFile = { in: Section,
 /**
- * The name by which the scene is opened.
+ * The path by which an `open` request opens the scene.
  */
 file: string,
 /**
@@ -196,11 +196,11 @@ file: string,
  */
 about: string,
 /**
- * The part of that comment after "Try:".
+ * The suggestion in that comment: the text after "Try:".
  */
 try: string,
 /**
- * A picture of the scene, a PNG in base64.
+ * A picture of the scene as a PNG in base64.
  */
 picture: string | null, };
 
@@ -213,11 +213,11 @@ export type SceneObject = {
  */
 id: number,
 /**
- * The handle of the parent; 0 if there is none. Children of a joint are attached to its moved frame.
+ * The handle of the parent, or 0. Children of a joint are attached to the frame that the joint moves.
  */
 parent: number, alias: string, kind: string,
 /**
- * Position and quaternion (x y z w) in the parent's frame.
+ * Position (m) and quaternion (x y z w) in the parent's frame.
  */
 pose: [number, number, number, number, number, number, number], visible: boolean, layer: number,
 /**
@@ -225,19 +225,19 @@ pose: [number, number, number, number, number, number, number], visible: boolean
  */
 model: boolean,
 /**
- * The parts of a shape.
+ * The visible parts of a shape.
  */
 parts?: Array<Part>,
 /**
- * Whether a shape collides; false if it is missing.
+ * Whether a shape is respondable, that is, collides with others. Omitted if false.
  */
 collides?: boolean, joint?: Joint,
 /**
- * The kind of a sensor.
+ * The kind of a sensor, such as `proximity`.
  */
 sensor?: string,
 /**
- * The schema of a sensor's readings, if the page shows it.
+ * The schema of a sensor's readings; omitted if the page does not show them.
  */
 schema?: Schema,
 /**
@@ -245,12 +245,12 @@ schema?: Schema,
  */
 volume?: Volume,
 /**
- * The poses of a path, seven numbers each: position (m) and quaternion (x y z w).
+ * The poses of a path, seven values each: position (m) and quaternion (x y z w).
  */
 points?: Array<number>, closed?: boolean, scripts?: Array<Script>, };
 
 /**
- * A schema of readings that the page shows.
+ * A schema of sensor readings that the page can show.
  */
 export type Schema = "proximity" | "range_scan" | "image" | "gps" | "fields";
 
@@ -259,34 +259,34 @@ export type Schema = "proximity" | "range_scan" | "image" | "gps" | "fields";
  */
 export type Script = { id: number, name: string, kind: string, language: string,
 /**
- * A number that differs for different texts of the script.
+ * A hash of the script's source.
  */
 version: number, };
 
 /**
- * The source of a scene: recently opened, in the working folder, or part of the program.
+ * The section of the gallery: recently opened scenes, those in the working folder, or those of the program.
  */
 export type Section = "recent" | "own" | "program";
 
 /**
- * A stream of a graph, with its newest samples.
+ * A stream of a graph with its newest samples.
  */
 export type Stream = { name: string, unit: string, color: [number, number, number] | null,
 /**
- * Samples that are not finite are null.
+ * The simulation times of the samples, s. Here and in `values`, non-finite values are null.
  */
 times: Array<number | null>, values: Array<number | null>, };
 
 /**
- * A texture: an image on a part, and its projection.
+ * A texture: an image, and its projection onto a part.
  */
 export type Texture = {
 /**
- * The hash of the image, which is sent as a separate message.
+ * The hash of the image, which is sent in a separate message.
  */
 image: string,
 /**
- * plane, cylinder, sphere or box.
+ * The kind of projection: `plane`, `cylinder`, `sphere` or `box`.
  */
 mapping: string,
 /**
@@ -294,19 +294,19 @@ mapping: string,
  */
 size: [number, number],
 /**
- * Pose of the projection in the frame of the part.
+ * Pose of the projection in the frame of the part: position (m) and quaternion (x y z w).
  */
 pose: [number, number, number, number, number, number, number],
 /**
- * Whether the image repeats to the right, and upwards.
+ * Whether the image is repeated horizontally, and vertically.
  */
 repeat: [boolean, boolean],
 /**
- * Whether colors between pixels are interpolated.
+ * Whether colors are interpolated between pixels.
  */
 smooth: boolean,
 /**
- * modulate, decal or add.
+ * How the image is combined with the color of the part: `modulate`, `decal` or `add`.
  */
 blend: string, };
 
@@ -319,31 +319,31 @@ export type ToPage = { "type": "hello", version: number,
  */
 acts: boolean,
 /**
- * A view-only address for other clients.
+ * An address that grants view rights, for the user to share; sent only to clients with control rights.
  */
 look?: string, speed: number, } | { "type": "scene", file: string,
 /**
- * Serial number of the scene among those opened so far, since the same file may be opened again.
+ * Number of the scene among those opened so far. It differs if the same file is opened again.
  */
 opened: number, dt: number, objects: Array<SceneObject>, scripts: Array<Script>,
 /**
- * Notes from loading the scene, such as features that an importer does not support.
+ * Notes from loading the scene, such as the features that an importer does not support.
  */
 notes: Array<string>, } | { "type": "objects", objects: Array<SceneObject>, } | { "type": "state", state: RunState, speed: number, dt: number,
 /**
- * Descriptions of the next undo and redo.
+ * Label of the edit that the next undo reverts; `redo` is that of the edit that the next redo applies.
  */
 undo: string | null, redo: string | null,
 /**
- * Whether the scene differs from its file.
+ * Whether the scene has changes that are not saved in its file.
  */
 unsaved: boolean,
 /**
- * The file of the scene, and whether it exists.
+ * Path of the scene's file; `on_disk` is whether the file exists and may be overwritten.
  */
 file: string, on_disk: boolean,
 /**
- * Time of the copy of unsaved edits that a crashed program left, Unix time in s.
+ * Unix time, s, of a copy of unsaved edits that a crashed program has left.
  */
 recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "values", of: number, samples: Array<Sample>, } | { "type": "data", object: number, data: { [key in string]: string }, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
 /**
@@ -356,11 +356,11 @@ folder: string, } | { "type": "result", of: number, results: Array<any>, } | { "
  */
 export type Volume = {
 /**
- * ray, cone, pyramid, cylinder or disc.
+ * The form of the volume: `ray`, `cone`, `pyramid`, `cylinder` or `disc`.
  */
 volume?: string, range?: number, near?: number, angle?: number, height?: number, radius_near?: number, radius_far?: number, size_near?: [number, number], size_far?: [number, number], };
 
 /**
- * A watched value of an object: the key of a property, or the name of a field of its readings.
+ * A watched value of an object: a property, or a field of its readings.
  */
 export type Watched = { object: number, key: string, };

@@ -1,5 +1,5 @@
 // @ts-check
-// Pushes bodies: a drag with Shift pulls the body under the pointer with the force of a spring.
+// Pushes bodies: during a drag with Shift, a virtual spring pulls the body towards the pointer.
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
@@ -14,23 +14,25 @@ import { camera, controls, hitAt, redraw, renderer, rayAt, stage } from "tatu/vi
 
 /** @import { Vec3 } from "tatu/geometry" */
 /**
- * The held body: its mass including attached bodies, its centre of mass and the held point in its frame, the position
- of * the pointer, the bound of the force, the time of the last pull, whether its form rolls, and the direction in its
- frame * that was up when it was taken.
+ * The held body. `mass` (kg) includes attached bodies; `com` and `point` are the centre of mass and the held point in
+ * the frame of the body, m. `goal` is the position of the pointer on `plane` in the world frame; `bound` is the maximum
+ * force per mass, N/kg; `time` is that of the last pull, s. `rolls` is whether the form rolls; `up` is the direction,
+ * in the frame of the body, that pointed up at the first pull.
  * @typedef {{ id: number, mass: number, com: Vec3, plane: THREE.Plane, point: Vec3, goal: THREE.Vector3, bound: number, time: number | null, rolls: boolean, up: Vec3 | null }} Held
  */
 /** @type {Held | null} */
 let held = null;
-/** Serial number of the drag, since answers to requests at its start may arrive after its end. */
+/** Number of the drag. Answers to requests that were sent at the start of an earlier drag are ignored. */
 let drag = 0;
 /** @type {Vec3} */
 const UP = [0, 0, 1];
-/** Forms that roll instead of tipping. */
+/** Forms that roll instead of tipping over. */
 const ROUND = ["sphere", "cylinder", "capsule"];
-/** Maximum time over which a single push is accumulated, s, so that a page that stalls does not push too hard later. */
+/** Maximum time that a single pull makes up for, s. It keeps a page that has stalled from pulling too hard afterwards. */
 const LONGEST = 0.05;
-/** Minimum and maximum radius of the arrow, relative to its distance from the camera, and the corresponding colors. */
+/** Radius of the arrow for no force and for the maximum force, relative to its distance from the camera. */
 const [THIN, THICK] = [0.003, 0.009];
+/** Color of the arrow for no force and for the maximum force. */
 const [WEAK, STRONG] = [new THREE.Color(0xffc400), new THREE.Color(0xe02000)];
 
 const material = new THREE.MeshBasicMaterial({ color: WEAK, depthTest: false, transparent: true, opacity: 0.85 });
@@ -44,13 +46,13 @@ const label = make("output", { className: "push", hidden: true });
 label.setAttribute("aria-label", "Force of the push");
 get("view").append(label);
 
-/** @param {THREE.Vector3} v @returns {Vec3} */
+/** Returns the components of a vector. @param {THREE.Vector3} v @returns {Vec3} */
 const numbers = (v) => [v.x, v.y, v.z];
 
 /**
- * Draws the arrow from the body to the pointer.
+ * Draws the arrow from the held point of the body to the pointer.
  * @param {Held} of
- * @param {THREE.Vector3} here
+ * @param {THREE.Vector3} here the held point in the world frame
  * @param {number} force N
  */
 function draw({ goal, mass }, here, force) {
@@ -73,7 +75,7 @@ function draw({ goal, mass }, here, force) {
 }
 
 /**
- * Returns a promise of the mass of a body and of all bodies below it, kg.
+ * Returns a promise of the total mass of a shape and all shapes below it, kg. Static shapes are not counted.
  * @param {number} id
  * @returns {Promise<number>}
  */
@@ -91,7 +93,8 @@ async function massOf(id) {
 }
 
 /**
- * Returns a promise of the dynamic body to which an object belongs, or of null.
+ * Returns a promise of the dynamic shape to which an object belongs (the object itself or the nearest one above it), or
+ * of null.
  * @param {number} id
  */
 async function bodyOf(id) {
@@ -130,6 +133,7 @@ canvas.addEventListener("pointermove", (e) => {
   rayAt(e).ray.intersectPlane(held.plane, held.goal);
   redraw();
 });
+/** Ends the drag. */
 function release() {
   drag++;
   held = null;
@@ -141,10 +145,10 @@ function release() {
 for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, release);
 
 /**
- * Pulls once, based on the body's current state as requested from the program, since frames have rounded poses and may
- * arrive late.
+ * Pulls the body once. The force is computed from the state that the program returns, because poses in frames are
+ * rounded and may be outdated.
  * @param {Held} of
- * @param {number} passed since the last pull, s
+ * @param {number} passed simulation time since the last pull, s
  */
 async function act(of, passed) {
   const [[pose], [linear, angular]] = await Promise.all([call("tatu.get", of.id, "object.world_pose"), call("sim.getVelocity", of.id)]);
@@ -155,7 +159,6 @@ async function act(of, passed) {
   const arm = minus(here, center);
   const velocity = plus(linear, cross(angular, arm));
   const way = minus(numbers(of.goal), here);
-  // The direction in the frame of the body that was up when it was taken.
   of.up ??= rotate(conjugate(body), UP);
   const part = of.rolls ? 1 : steadied(between(UP, rotate(body, of.up)));
   /** @type {Vec3} */
@@ -163,7 +166,7 @@ async function act(of, passed) {
   pull(way, velocity, of.mass, of.bound).forEach((x, i) => { force[i] = part * x; });
   of.bound = grown(of.bound, way, velocity, passed);
   draw(of, new THREE.Vector3(...here), Math.hypot(...force));
-  // A force acts for one step only, so it is scaled by the number of steps since the last pull.
+  // The program applies a force for one step only, so it is multiplied by the number of steps since the last pull.
   const steps = Math.max(1, passed / scene.dt);
   const times = (/** @type {Vec3} */ v) => v.map((x) => x * steps);
   await call("sim.addForceAndTorque", of.id, times(force), times(turning(arm, force)));

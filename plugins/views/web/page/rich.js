@@ -1,15 +1,15 @@
 // @ts-check
-// Formatted texts of scripts. Supported tags are converted to DOM elements; markup is never inserted as HTML.
+// Shows formatted text of scripts. Supported tags are converted to DOM elements; the text is never inserted as HTML.
 
 const TAGS = new Set(["B", "I", "U", "BIG", "SMALL", "BR", "P", "H1", "H2", "H3", "H4", "TABLE", "TBODY", "TR", "TD", "TH", "UL", "OL", "LI", "CENTER", "FONT", "SPAN", "DIV", "STRONG", "EM", "HR", "PRE", "TT", "CODE", "A"]);
 
-/** CSS properties that `style` may set: colours and fonts. */
+/** CSS properties that the style of a script may set. */
 const STYLES = ["color", "background-color", "font-size", "font-weight", "font-style", "text-align"];
 
 /** @typedef {(href: string) => void} OnLink */
 
 /**
- * Applies the style that a script requests to an element.
+ * Applies a style sheet of a script to an element, and removes the style that was applied before.
  * @param {HTMLElement} element
  * @param {unknown} text
  */
@@ -22,6 +22,7 @@ export function restyle(element, text) {
 }
 
 /**
+ * Appends copies of the children of a node to an element. Unsupported tags are replaced by their content.
  * @param {Element} node
  * @param {HTMLElement} to
  * @param {OnLink} [onLink]
@@ -45,10 +46,10 @@ function copy(node, to, onLink) {
 }
 
 /**
- * Fills an element with a text that may contain tags.
+ * Replaces the content of an element by text that may contain tags.
  * @param {HTMLElement} element
  * @param {unknown} text
- * @param {OnLink} [onLink]
+ * @param {OnLink} [onLink] called when a link is clicked
  */
 export function fill(element, text, onLink) {
   element.replaceChildren();

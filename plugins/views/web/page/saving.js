@@ -1,5 +1,5 @@
 // @ts-check
-// New, open, save; undo and redo; questions before unsaved changes are lost.
+// Creates and saves scenes, undoes and redoes edits, and asks the user before unsaved changes would be lost.
 
 import { failure } from "tatu/calls";
 import { ask, askText, choose } from "tatu/dialogs";
@@ -9,14 +9,14 @@ import { call, on, ask as request } from "tatu/net";
 import { line, tell } from "tatu/output";
 import { rights } from "tatu/store";
 
-/** @type {(() => Promise<boolean>)[]} */
+/** The `mayLeave` functions of other sources of unsaved changes. @type {(() => Promise<boolean>)[]} */
 const guards = [];
-/** @type {(() => boolean)[]} */
+/** The `isUnsaved` functions of other sources of unsaved changes. @type {(() => boolean)[]} */
 const holders = [];
 
 /**
- * Registers another source of unsaved changes: a function that returns whether there are any, and one that asks about
- them * before another scene is opened.
+ * Registers another source of unsaved changes, such as the script editor. `isUnsaved` returns whether there are any;
+ * `mayLeave` asks the user about them before another scene is opened, and returns a promise of whether it may be.
  * @param {() => boolean} isUnsaved
  * @param {() => Promise<boolean>} mayLeave
  */
@@ -26,7 +26,7 @@ export function guard(isUnsaved, mayLeave) {
 }
 
 /**
- * Returns a file name for display, without the working folder of the program.
+ * Returns a path for display, without the leading `./` of paths in the working folder of the program.
  * @param {string} file
  */
 function short(file) {
@@ -34,8 +34,9 @@ function short(file) {
 }
 
 /**
- * Saves to the scene's own file; returns a promise of whether it was saved.
- * @param {boolean} [over] even if the file has changed on disk
+ * Saves the scene to its own file, or asks for another one if that is not possible. Returns a promise of whether the
+ * scene was saved.
+ * @param {boolean} [over] whether to replace a file that has changed on disk
  * @returns {Promise<boolean>}
  */
 export async function save(over = false) {
@@ -55,7 +56,7 @@ export async function save(over = false) {
   }
 }
 
-/** Returns a proposed name, in the folder of the scene if that is below the working folder. */
+/** Returns the path that is proposed for saving: in the folder of the scene if that is below the working folder. */
 function proposal() {
   const name = short(known.file || "scene.toml").replace(/\.\w+$/, "") + ".toml";
   const inside = !/^([\\/]|\w:|\.\.)/.test(name);
@@ -63,7 +64,7 @@ function proposal() {
 }
 
 /**
- * Asks for a name and saves with it; returns a promise of whether the scene was saved.
+ * Asks for a path and saves the scene to it. Returns a promise of whether the scene was saved.
  * @param {string} [proposed]
  * @returns {Promise<boolean>}
  */
@@ -76,8 +77,9 @@ export async function saveAs(proposed = proposal()) {
 }
 
 /**
+ * Saves the scene to a path. Returns a promise of whether the scene was saved.
  * @param {string} name
- * @param {boolean} over
+ * @param {boolean} over whether to replace an existing file
  * @returns {Promise<boolean>}
  */
 async function saveUnder(name, over) {
@@ -94,13 +96,13 @@ async function saveUnder(name, over) {
 }
 
 /**
- * Asks what to do with unsaved changes; returns a promise of whether the scene may be closed.
+ * Asks what to do with unsaved changes, if any. Returns a promise of whether the scene may be closed.
  * @returns {Promise<boolean>}
  */
 export async function mayLeave() {
   for (const own of guards) if (!(await own())) return false;
   if (!known.unsaved || !rights.acts) return true;
-  const text = `${known.file.split(/[\\/]/).pop() || "The scene"} has changes that are in no file.`;
+  const text = `${known.file.split(/[\\/]/).pop() || "The scene"} has changes that have not been saved.`;
   const chosen = await ask("Save the changes?", text, ["Save", "Discard", "Cancel"]);
   if (chosen === "Save") return save();
   if (chosen !== "Discard") return false;
@@ -114,7 +116,7 @@ async function newScene() {
   await call("tatu.newScene").catch(tell);
 }
 
-/** @param {boolean} back */
+/** Undoes or redoes an edit. @param {boolean} back whether to undo */
 export async function step(back) {
   if (!rights.acts || known.state !== "stopped") return;
   try {
@@ -131,17 +133,18 @@ get("save-as").onclick = () => { saveAs(); };
 get("undo").onclick = () => { step(true); };
 get("redo").onclick = () => { step(false); };
 
-/** Name of the scene of a program that was started without one. */
+/** Pattern of the file of the scene that a program shows if it was started without a scene. */
 const NOTHING = /(^|[\\/])nothing\.toml$/;
-/** Name of a scene that was never saved. */
+/** Pattern of the file of a new scene that has never been saved. */
 const UNTITLED = /(^|[\\/])untitled(-\d+)?\.toml$/;
 const RUNS = "not while the simulation runs: a stop takes back what was changed since the start";
 
 /**
+ * Updates the button for undo or redo.
  * @param {string} id
- * @param {string} word
+ * @param {string} word "Undo" or "Redo"
  * @param {string} keys
- * @param {string | null} label
+ * @param {string | null} label of the next edit to be undone or redone
  */
 function show(id, word, keys, label) {
   const b = get(id, HTMLButtonElement);
@@ -169,7 +172,7 @@ addEventListener("beforeunload", (e) => {
   if (rights.acts && (known.unsaved || holders.some((is) => is()))) e.preventDefault();
 });
 
-// Offers to restore the backup copy of changes that a crashed program left.
+// Offers to restore the backup copy of unsaved changes that a crashed program has left.
 let offered = "";
 watchEdits(async ({ recovery, file }) => {
   if (!rights.acts || recovery === null) return;
@@ -177,13 +180,13 @@ watchEdits(async ({ recovery, file }) => {
   if (offered === key) return;
   offered = key;
   const when = new Date(recovery * 1000).toLocaleString();
-  const text = make("p", { textContent: `The program ended unexpectedly. There is a copy of changes of ${short(file)} that were in no file, from ${when}.` });
+  const text = make("p", { textContent: `The program ended unexpectedly. There is a copy of unsaved changes to ${short(file)} from ${when}.` });
   const chosen = await choose("Restore unsaved changes?", [text], ["Restore", "Discard", "Later"]);
   if (chosen === "Restore" || chosen === "Discard") await call("tatu.recover", chosen === "Restore").catch(tell);
 });
 
-// If the program was restarted without the scene that was open here, the page opens it, so that its backup copy is
-// offered.
+// If the program was restarted without the scene that was open here, the page opens that scene again, so that the
+// backup copy of its unsaved changes is offered.
 let before = "";
 on("again", ({ restarted }) => {
   offered = "";

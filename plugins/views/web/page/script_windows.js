@@ -1,5 +1,5 @@
 // @ts-check
-// Windows that scripts open, with their widgets; user actions are sent to the script.
+// Shows the windows that scripts open, and sends user actions to the scripts.
 
 import { get } from "tatu/dom";
 import { movable } from "tatu/floating";
@@ -10,7 +10,7 @@ import { build, refresh } from "tatu/widgets";
 
 /** @import { WidgetWindow } from "tatu/widgets" */
 /**
- * A window: its description by the script, and its elements.
+ * A window: the description that the script sent, and its elements.
  * @typedef {WidgetWindow & { window: number, act: string, box: HTMLElement, title: HTMLElement }} ScriptWindow
  */
 
@@ -21,8 +21,8 @@ const open = new Map();
 /**
  * Reports a user action to the script.
  * @param {ScriptWindow} window
- * @param {number} n
- * @param {string} what
+ * @param {number} n index of the widget
+ * @param {string} what the action
  * @param {unknown} [value]
  */
 async function act(window, n, what, value) {
@@ -35,7 +35,7 @@ async function act(window, n, what, value) {
 }
 
 /**
- * Updates the properties of a window.
+ * Updates the title, visibility, size and position of a window from its current values.
  * @param {ScriptWindow} window
  */
 function place({ box, title, widgets }) {
@@ -44,7 +44,7 @@ function place({ box, title, widgets }) {
   // A window that belongs to an object is shown while the object is selected.
   box.hidden = values.visible === false || (Number.isInteger(values.for) && !selection().includes(values.for));
   box.inert = values.enabled === false || !rights.acts;
-  box.setAttribute("aria-label", values.title || "window of a script");
+  box.setAttribute("aria-label", values.title || "Window of a script");
   if (values.width > 0) box.style.width = `${values.width}px`;
   if (values.height > 0) box.style.height = `${values.height}px`;
   if (Number.isFinite(values.x)) box.style.left = `${values.x}px`;
@@ -52,8 +52,9 @@ function place({ box, title, widgets }) {
 }
 
 /**
+ * Opens a window, or replaces the one with the same key.
  * @param {string} key
- * @param {any} payload
+ * @param {any} payload of the event that reports the window
  */
 function show(key, payload) {
   const before = open.get(key)?.box;
@@ -88,7 +89,7 @@ function closeAll() {
 }
 
 watch("selected", () => { for (const window of open.values()) place(window); });
-// After a reconnection, the program sends the windows that still exist.
+// After a reconnection, the program sends all windows that still exist.
 on("again", closeAll);
 on("event", ({ name, payload }) => {
   if (name === "stopped") closeAll();

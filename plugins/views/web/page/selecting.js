@@ -1,5 +1,5 @@
 // @ts-check
-// Selection in the view: by clicks, from models to their parts, and by a box.
+// Selects objects in the view by clicks and by a box. A click selects the model, a second click the part.
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
@@ -11,11 +11,11 @@ import { camera, controls, hitAt, host, renderer } from "tatu/view";
 
 const canvas = renderer.domElement;
 const tool = get("select");
-/** Maximum distance that the pointer may move during a click, pixels. */
+/** Distance that the pointer must move before a click becomes a drag, pixels. */
 const STILL = 4;
 
 /**
- * Returns the outermost model that an object belongs to, or the object itself if there is none.
+ * Returns the outermost model that contains an object, or the object itself if there is none.
  * @param {number} id
  */
 export function modelOf(id) {
@@ -24,7 +24,7 @@ export function modelOf(id) {
   return found;
 }
 
-/** Moves the selection up: from a part to its model, then to nothing. */
+/** Selects the model that contains the selected object, or nothing if there is none. */
 export function selectAbove() {
   let o = scene.objects.get(selected());
   for (o = o && scene.objects.get(o.parent); o; o = scene.objects.get(o.parent)) {
@@ -56,14 +56,15 @@ canvas.addEventListener("pointerup", (e) => {
   select(again ? part : model);
 });
 
-// A selection box starts with Shift on empty ground, with Shift anywhere while nothing can be pushed, or with the tool.
+// A drag selects by a box if the tool is active, or with Shift. During a run, a drag with Shift pushes bodies, so it
+// must then start on the ground.
 tool.onclick = () => tool.setAttribute("aria-pressed", String(tool.getAttribute("aria-pressed") !== "true"));
 const frame = make("div", { id: "box", hidden: true });
 host.append(frame);
 /** @type {{ x: number, y: number, add: boolean } | null} */
 let box = null;
 
-/** @param {PointerEvent} e */
+/** Returns whether the pointer is over a floor, or over no object. @param {PointerEvent} e */
 function isGround(e) {
   const id = hitAt(e)?.id;
   return id === undefined || (scene.objects.get(id)?.parts ?? []).every((p) => p.form === "plane");
@@ -99,7 +100,7 @@ addEventListener("pointerup", (e) => {
 });
 
 /**
- * Returns the models and objects whose centre is in a box on the screen, except for floors.
+ * Returns the objects with their centre in a box on the screen, or the models that contain them. Floors are omitted.
  * @param {{ x: number, y: number }} a
  * @param {{ x: number, y: number }} b
  */

@@ -1,5 +1,6 @@
 // @ts-check
-// Readings of sensors in the view: beams to detected points, fans of scans, images, GPS positions.
+// Draws readings of sensors: in the view, beams to detected points, fans of scans, and GPS positions; beside the
+// properties, the image of the selected sensor.
 
 import * as THREE from "three";
 import { hang, isLarge } from "tatu/crowd";
@@ -22,12 +23,12 @@ const POINT = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuati
 const PLACE = new THREE.PointsMaterial({ color: 0x8a3ffc, size: 9, sizeAttenuation: false, depthTest: false });
 const FAN = new THREE.MeshBasicMaterial({ color: 0x2b7de0, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false });
 const rays = get("rays", HTMLInputElement);
-/** The drawing of each sensor, and its last reading, by handle. @type {Map<number, THREE.Group>} */
+/** The drawing of each sensor, by handle. @type {Map<number, THREE.Group>} */
 const drawn = new Map();
-/** @type {Map<number, Reading>} */
+/** The last reading of each sensor, by handle. @type {Map<number, Reading>} */
 const last = new Map();
 
-/** @param {number} id */
+/** Removes the drawing of a sensor. @param {number} id */
 function erase(id) {
   const old = drawn.get(id);
   old?.removeFromParent();
@@ -38,13 +39,14 @@ function erase(id) {
 }
 
 /**
+ * Creates a line through points.
  * @param {THREE.Vector3[]} points
  * @param {THREE.LineBasicMaterial} material
  */
 const lines = (points, material) => new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), material);
 const O = new THREE.Vector3();
 
-/** @param {Proximity} r */
+/** Creates the beam of a proximity sensor. @param {Proximity} r */
 function proximity(r) {
   if (!r.detected || !r.point) return [lines([O, new THREE.Vector3(0, 0, 0.15)], FREE)];
   const at = new THREE.Vector3().fromArray(r.point);
@@ -52,7 +54,7 @@ function proximity(r) {
 }
 
 /**
- * Returns a fan of triangles between neighbouring beams.
+ * Creates a fan of triangles between neighbouring beams of a scan.
  * @param {Scan} r
  */
 function scan(r) {
@@ -64,7 +66,7 @@ function scan(r) {
 }
 
 /**
- * Draws the measured position of a GPS receiver, and a line from its true position.
+ * Creates a point at the measured position of a GPS receiver, and a line to it from the true position.
  * @param {THREE.Object3D} group
  * @param {Place} r
  */
@@ -74,6 +76,7 @@ function gps(group, r) {
 }
 
 /**
+ * Creates the drawing of a reading.
  * @param {THREE.Object3D} group
  * @param {Reading} r
  */
@@ -113,7 +116,7 @@ on("readings", ({ readings }) => {
   }
   redraw();
 });
-// Readings from before a reset or from another scene are no longer valid.
+// Readings from an earlier scene or from before a reset are no longer valid.
 watch("scene", () => {
   last.clear();
   drawAll();

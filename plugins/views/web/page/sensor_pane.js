@@ -1,5 +1,5 @@
 // @ts-check
-// A list of all sensors with their current readings.
+// The window that lists all sensors with their current readings.
 
 import { cameraSpec } from "tatu/camera_pane";
 import { make } from "tatu/dom";
@@ -18,11 +18,11 @@ import { unwatch, watchValue } from "tatu/watching";
 /** Maximum number of force sensors whose forces are shown. */
 const MOST_FORCES = 40;
 
-/** @param {number | null | undefined} x */
+/** Formats a number with up to four significant digits, or a dash. @param {number | null | undefined} x */
 const short = (x) => (typeof x === "number" ? String(+x.toPrecision(4)) : "\u2014");
 
 /**
- * Formats a reading as a short text.
+ * Formats a reading as short text for the list.
  * @param {Reading} r
  */
 export function inWords(r) {
@@ -48,7 +48,7 @@ on("readings", ({ readings }) => {
     else last.delete(Number(key));
   }
 });
-// Readings from before a reset or from another scene are no longer valid.
+// Readings from an earlier scene or from before a reset are no longer valid.
 const forget = () => last.clear();
 on("event", ({ name }) => { if (name === "stopped") forget(); });
 watch("scene", () => { if (scene.another) forget(); });
@@ -64,7 +64,7 @@ function openSensors() {
   const cells = new Map();
   let due = false;
   let listed = "";
-  /** The forces of force sensors, which have no readings. @type {Series[]} */
+  /** The watched forces of force sensors, which do not have readings. @type {Series[]} */
   let felt = [];
 
   function list() {

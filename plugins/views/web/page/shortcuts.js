@@ -1,5 +1,5 @@
 // @ts-check
-// Keyboard shortcuts that work whenever no text is being typed.
+// Keyboard shortcuts. They work unless text is being typed or a dialog is open.
 
 import { duplicate, hold, paste, remove } from "tatu/clipboard";
 import { known } from "tatu/edits";
@@ -10,7 +10,7 @@ import { fitSelection } from "tatu/looking";
 import { host } from "tatu/view";
 import { isPlacing } from "tatu/placing";
 
-/** Returns whether keys are handled by a field, an editor or a dialog. */
+/** Returns whether a field or an editor has the focus, or a dialog is open. */
 function isWriting() {
   const e = document.activeElement;
   const inField = e instanceof HTMLElement && (e.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(e.tagName));
@@ -24,27 +24,27 @@ const WITH_CTRL = {
 /** @type {{ [key: string]: () => void }} */
 const ALONE = { Delete: remove, f: fitSelection, F2: renameSelected, Escape: selectAbove };
 
-// Registered for the capture phase, because all other keys in the view go to the simulation.
+// Registered for the capture phase, so that the simulation receives only keys that are not shortcuts.
 document.addEventListener("keydown", (e) => {
   if (e.altKey) return;
   const ctrl = e.ctrlKey || e.metaKey;
   const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
   if (ctrl && key === "s") {
-    // In the editor, the same keys save the script.
+    // In the script editor, Ctrl+S saves the script instead.
     if (document.activeElement?.closest("#editor") || document.querySelector("dialog[open]")) return;
     e.preventDefault();
-    // A field accepts its text when it loses the focus.
+    // The text of a field is applied when the field loses the focus.
     if (isWriting() && document.activeElement instanceof HTMLElement) document.activeElement.blur();
     save();
     return;
   }
-  // Menus, windows and the palette handle Escape themselves.
+  // Menus, windows and the palette handle keys such as Escape themselves.
   if (isWriting() || isPlacing() || document.activeElement?.closest(".menu, #palette, .pane")) return;
-  // During a run, keys that are pressed in the view are passed to scripts.
+  // During a run, keys without Ctrl that are pressed in the view are passed to scripts.
   if (!ctrl && known.state !== "stopped" && document.activeElement === host) return;
   let act = ctrl ? WITH_CTRL[key] : e.shiftKey ? undefined : ALONE[key];
   if (ctrl && e.shiftKey) act = key === "z" ? () => step(false) : undefined;
-  // If text is selected, it is copied as text.
+  // If text is selected, Ctrl+C copies that text.
   if (!act || (ctrl && key === "c" && !getSelection()?.isCollapsed)) return;
   e.preventDefault();
   e.stopPropagation();

@@ -1,5 +1,5 @@
 // @ts-check
-// The grid and the angle to which objects snap while they are placed, moved and turned.
+// The grid and the angle to which objects snap while they are placed, moved and rotated.
 
 import { get } from "tatu/dom";
 import { snap } from "tatu/geometry";
@@ -19,12 +19,12 @@ for (const field of [grid, turns]) {
   });
 }
 
-/** Returns the step of positions, m; 0: none. */
+/** Returns the spacing of the grid, m; 0 if positions do not snap. */
 export function lengthStep() {
   return Number(grid.value);
 }
 
-/** Returns the step of angles, rad; 0: none. */
+/** Returns the step of angles, rad; 0 if angles do not snap. */
 export function angleStep() {
   return (Number(turns.value) * Math.PI) / 180;
 }
@@ -38,7 +38,7 @@ export function snapLength(x) {
 }
 
 /**
- * Rounds an angle to a whole number of steps.
+ * Rounds an angle to a multiple of the step.
  * @param {number} a rad
  */
 export function snapAngle(a) {
@@ -46,7 +46,7 @@ export function snapAngle(a) {
 }
 
 /**
- * Calls `f` when another step is chosen.
+ * Calls `f` when the user chooses another grid or angle.
  * @param {() => void} f
  */
 export function watchSnap(f) {

@@ -1,5 +1,6 @@
 // @ts-check
-// The bars between the panels, which can be moved by a drag or by the arrow keys; their positions are remembered.
+// The bars between the panels and the view, which are moved by a drag or by the arrow keys. Their positions are stored
+// in the browser.
 
 import { get, make } from "tatu/dom";
 
@@ -10,14 +11,14 @@ const STEP = 16;
 const [LEAST, MIDDLE] = [110, 320];
 
 /**
- * Creates the bar at a side of the view.
+ * Creates the bar at a side of the view, which sets the width of the panel there.
  * @param {"left" | "right"} side
  * @param {string} name
  */
 function splitter(side, name) {
   const panel = main.querySelector(side === "left" ? "nav" : "aside");
   if (!(panel instanceof HTMLElement)) return;
-  const bar = make("div", { className: "splitter", tabIndex: 0, title: `${name}: drag, or arrow keys; a double click brings the usual width back` });
+  const bar = make("div", { className: "splitter", tabIndex: 0, title: `${name}: drag, or arrow keys; a double click restores the default width` });
   bar.setAttribute("role", "separator");
   bar.setAttribute("aria-orientation", "vertical");
   bar.setAttribute("aria-label", name);
@@ -34,7 +35,7 @@ function splitter(side, name) {
     const other = main.querySelector(side === "left" ? "aside" : "nav");
     return Math.max(LEAST, main.clientWidth - MIDDLE - (other instanceof HTMLElement ? other.offsetWidth : 0));
   }
-  /** @param {number} width 0: the usual one */
+  /** Sets the width of the panel. @param {number} width pixels; 0: the default width */
   function set(width) {
     if (width > 0) main.style.setProperty(`--${side}`, `${Math.round(Math.max(LEAST, Math.min(width, most())))}px`);
     else main.style.removeProperty(`--${side}`);

@@ -1,23 +1,24 @@
 // @ts-check
-// The force with which the pointer pulls a body: a critically damped spring with a bound. This module does not need a
-// page.
+// Computes the force with which the pointer pulls a body: that of a critically damped spring, limited by a bound. This
+// module does not need a page.
 
 import { cross, dot, minus } from "./geometry.js";
 
 /** @import { Vec3 } from "tatu/geometry" */
 
-/** Initial natural frequency, rad/s. */
+/** Natural frequency of the spring for the initial bound, rad/s. */
 const RATE = 3;
-/** Initial bound of the force per mass, N/kg: too little to tip over a robot whose wheels brake. */
+/** Initial bound of the force per mass, N/kg. It is too small to tip over a robot with braking wheels. */
 export const LEAST = 3.5;
-/** Growth of the bound while the body rests, N/kg per s, and its maximum, N/kg, which is enough to lift the body. */
+/** Growth rate of the bound while the body rests, N/kg per s. */
 const GROWTH = 6;
+/** Maximum of the bound, N/kg, which is sufficient to lift the body. */
 export const MOST = 15;
-/** A body counts as resting below this speed, m/s, if its distance from the pointer is greater than this, m. */
+/** A body rests if its speed is below `RESTS`, m/s, and its distance from the pointer is above `AWAY`, m. */
 const [RESTS, AWAY] = [0.05, 0.02];
 
 /**
- * Returns the force of the spring, N. Its stiffness grows with the bound; it is always critically damped.
+ * Returns the force of the spring, N. Its stiffness is proportional to the bound; it is always critically damped.
  * @param {Vec3} way from the body to the pointer, m
  * @param {Vec3} velocity m/s
  * @param {number} mass kg
@@ -33,6 +34,7 @@ export function pull(way, velocity, mass, bound) {
 }
 
 /**
+ * Returns a vector multiplied by a factor.
  * @param {Vec3} v
  * @param {number} k
  * @returns {Vec3}
@@ -42,7 +44,7 @@ function scaled([x, y, z], k) {
 }
 
 /**
- * Returns the bound after some time, which grows while the body rests away from the pointer.
+ * Returns the bound after some time. It grows while the body rests away from the pointer.
  * @param {number} bound N/kg
  * @param {Vec3} way from the body to the pointer, m
  * @param {Vec3} velocity m/s
@@ -53,11 +55,11 @@ export function grown(bound, way, velocity, passed) {
   return isHeld ? Math.min(MOST, bound + GROWTH * passed) : bound;
 }
 
-/** Tilt from which an upright body is pulled less, and from which it is not pulled at all, degrees. */
+/** Tilts, degrees: above `LEANS`, a body is pulled with less force, and above `TIPS`, it is not pulled. */
 const [LEANS, TIPS] = [2, 6];
 
 /**
- * Returns the factor of the force for a tilted body, which keeps upright bodies from falling over.
+ * Returns the factor by which the force on a tilted body is reduced, so that it does not tip over.
  * @param {number} tilt degrees
  */
 export function steadied(tilt) {
@@ -74,8 +76,8 @@ export function between(a, b) {
 }
 
 /**
- * Returns the torque of a force that acts at the height of the centre of mass: it only turns the body about the
- vertical * axis, and cannot tip it over.
+ * Returns the torque of a force, N m, as if the force acted at the height of the centre of mass. Horizontal forces then
+ * rotate the body about the vertical axis only, and cannot tip it over.
  * @param {Vec3} arm from the centre of mass to the point, m
  * @param {Vec3} force N
  * @returns {Vec3}

@@ -1,22 +1,25 @@
 // @ts-check
-// Items that can be added to a scene, with their descriptions for scene files. This module does not need a page.
+// The items of the palette, with their descriptions in the format of scene files. This module does not need a page.
 
 /**
- * An entry of the palette, described by `toml`, or by the model `model`. `size` is that of the preview, m; `lift` is
- the * height of its origin above the surface below, m; with `attach` it is attached to the object below.
+ * An item of the palette, described by `toml`, or a model with the id `model`. `form` and `size` (m) are those of the
+ * preview; `lift` is the height of the origin above the surface below, m; `attach` is whether the new object is
+ * attached to the object below.
  * @typedef {{ name: string, text: string, toml: string, model?: string, form: string, size: [number, number, number], lift: number, attach: boolean }} Item
  */
 /** @typedef {{ name: string, items: Item[] }} Section */
 
 /**
+ * Returns a scene file with one object.
  * @param {string} alias
- * @param {string} keys
+ * @param {string} keys the lines that describe the object
  */
 function object(alias, keys) {
   return `format = 1\n[[object]]\nalias = "${alias}"\n${keys}\n`;
 }
 
 /**
+ * Returns an item for a shape.
  * @param {string} name
  * @param {string} form
  * @param {[number, number, number]} size
@@ -33,6 +36,7 @@ function shape(name, form, size, text, dynamic = true) {
 const SMALL = [0.05, 0.05, 0.05];
 
 /**
+ * Returns an item for another kind of object.
  * @param {string} name
  * @param {string} text
  * @param {string} keys
@@ -52,7 +56,7 @@ export const FIXED = [
       shape("sphere", "sphere", [0.2, 0.2, 0.2], "A ball that rolls"),
       shape("cylinder", "cylinder", [0.2, 0.2, 0.3], "A cylinder that stands upright"),
       shape("capsule", "capsule", [0.2, 0.2, 0.4], "A cylinder with round ends"),
-      { ...shape("plane", "plane", [4, 4, 0.001], "An endless floor that does not move", false), toml: object("plane", 'kind = "shape"\nprimitive = "plane"\nrespondable = true'), lift: 0 },
+      { ...shape("plane", "plane", [4, 4, 0.001], "An infinite floor that does not move", false), toml: object("plane", 'kind = "shape"\nprimitive = "plane"\nrespondable = true'), lift: 0 },
       shape("wall", "box", [2, 0.1, 0.6], "A wall that does not move", false),
     ],
   },
@@ -66,16 +70,16 @@ export const FIXED = [
   {
     name: "Others",
     items: [
-      thing("dummy", "A frame: a place with an orientation", 'kind = "dummy"'),
-      thing("light", "A light for pictures", 'kind = "light"', { lift: 2 }),
-      thing("camera", "A view of the scene for pictures", 'kind = "camera"', { lift: 1 }),
-      thing("graph", "Records numbers over time", 'kind = "graph"'),
+      thing("dummy", "A frame: a point with an orientation", 'kind = "dummy"'),
+      thing("light", "A light for rendered images", 'kind = "light"', { lift: 2 }),
+      thing("camera", "A viewpoint for rendered images", 'kind = "camera"', { lift: 1 }),
+      thing("graph", "Records values over time", 'kind = "graph"'),
     ],
   },
 ];
 
 /**
- * Returns sections with the kinds of devices that `tatu.kinds` returns.
+ * Returns sections with items for the kinds of sensors and actuators that `tatu.kinds` lists.
  * @param {{ object: string, id: string, text: string }[]} kinds
  * @returns {Section[]}
  */
@@ -87,7 +91,7 @@ export function devices(kinds) {
 }
 
 /**
- * Returns a section with the models that `tatu.models` returns.
+ * Returns a section with items for the models that `tatu.models` lists.
  * @param {{ id: string, text: string }[]} models
  * @returns {Section}
  */

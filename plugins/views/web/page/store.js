@@ -7,30 +7,30 @@ import { want } from "tatu/wants";
 
 /** @import { SceneObject, Script } from "tatu/protocol" */
 /**
- * The scene; `another` is set if it is not the scene that was shown before.
+ * The scene. `objects` are those by handle; `another` is set if this is not the scene that was shown before.
  * @typedef {{ file: string, opened: number, another: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
  */
 
 /**
- * The scene as it was sent, and its objects by handle.
+ * The scene that the program sent last.
  * @type {Scene}
  */
 export const scene = { file: "", opened: -1, another: true, dt: 0.05, objects: new Map(), scripts: [] };
-/** Whether this page has control rights. */
+/** The rights of this page: `acts` is whether it has control rights. */
 export const rights = { acts: true };
 
 /**
- * The events that can be watched, and their arguments: a new scene; objects with changes other than motion; the object
- that * was selected last, 0: none.
+ * The events that can be watched, and their arguments: a new scene; objects that have changed in other ways than by
+ * moving; a change of the selection, with the object that was selected last or 0.
  * @typedef {{ scene: Scene, objects: SceneObject[], selected: number }} Watched
  */
 /** @type {{ [K in keyof Watched]: ((value: Watched[K]) => void)[] }} */
 const watchers = { scene: [], objects: [], selected: [] };
-/** The selected objects, the last one last. @type {number[]} */
+/** Handles of the selected objects, in the order of selection. @type {number[]} */
 let chosen = [];
 
 /**
- * Calls `f` when the scene, objects or the selection change.
+ * Calls `f` after each event of a kind.
  * @template {keyof Watched} K
  * @param {K} what
  * @param {(value: Watched[K]) => void} f
@@ -39,18 +39,19 @@ export function watch(what, f) {
   watchers[what].push(f);
 }
 
-/** The handle of the object that was selected last; 0: none. */
+/** Returns the handle of the object that was selected last; 0: none. */
 export function selected() {
   return chosen.at(-1) ?? 0;
 }
 
-/** The handles of all selected objects. */
+/** Returns the handles of all selected objects, in the order of selection. */
 export function selection() {
   return [...chosen];
 }
 
 /**
- * Selects an object; 0: none. With `add`, it is added to the selection, or removed if it is already selected.
+ * Selects an object, or nothing if `id` is 0. If `add` is set, the object is added to the selection instead, or removed
+ * from it if it is already selected.
  * @param {number} id
  * @param {boolean} [add]
  */
@@ -78,7 +79,7 @@ export function under(id) {
 }
 
 /**
- * Returns the path of an object, made of aliases, or "" if the object does not exist.
+ * Returns the path of an object, which consists of aliases, or "" if the object does not exist.
  * @param {number} id
  */
 export function pathOf(id) {
@@ -88,7 +89,7 @@ export function pathOf(id) {
 }
 
 /**
- * Returns the first object at a path of aliases; 0: none.
+ * Returns the handle of the first object with a path of aliases; 0: none.
  * @param {string} path
  */
 export function objectAt(path) {
@@ -97,11 +98,11 @@ export function objectAt(path) {
   return 0;
 }
 
-/** @type {number[]} */
+/** Objects that will be selected when the scene contains them. @type {number[]} */
 let wanted = [];
 
 /**
- * Selects objects.
+ * Selects these objects instead of the current ones.
  * @param {number[]} ids
  */
 export function selectAll(ids) {
@@ -123,11 +124,12 @@ export function selectWhenThere(ids) {
   choose();
 }
 
+/** Selects the wanted objects if the scene contains all of them. */
 function choose() {
   if (wanted.length && wanted.every((id) => scene.objects.has(id))) selectAll(wanted);
 }
 
-/** Requests the image or the streams of the selected object. */
+/** Requests the images or streams of the object that was selected last. */
 function request() {
   const id = selected();
   const o = scene.objects.get(id);
@@ -152,7 +154,7 @@ on("objects", ({ objects }) => {
   for (const o of known) scene.objects.set(o.id, o);
   for (const f of watchers.objects) f(known);
 });
-// A scene that was saved under another name still counts as the same scene.
+// A scene that was saved under another name remains the same scene.
 on("state", ({ file }) => {
   if (file === scene.file) return;
   scene.file = file;

@@ -1,5 +1,5 @@
 // @ts-check
-// Textures: projects images onto forms as the simulation does, by computing texture coordinates for each vertex.
+// Projects texture images onto parts as the simulation does, by computing the texture coordinates of each vertex.
 
 import * as THREE from "three";
 import { lit } from "tatu/light";
@@ -19,8 +19,8 @@ on("texture", (view) => {
 });
 
 /**
- * Returns the image for drawing. If its blend mode is not a multiplication with the color of the surface, both are
- blended * in advance.
+ * Returns the material for a texture on a surface of a color, or undefined if the image has not arrived. Unless the
+ * blend mode is `modulate`, the image and the color are blended in advance.
  * @param {Texture} texture
  * @param {[number, number, number]} color
  */
@@ -58,7 +58,7 @@ function material(texture, color) {
 }
 
 /**
- * Returns the texture coordinates of a point: 0 to 1 to the right and upwards.
+ * Returns the texture coordinates of a point, which increase to the right and upwards; the image covers 0 to 1.
  * @param {Texture} texture
  * @param {THREE.Vector3} p in the frame of the projection
  * @param {THREE.Vector3} n the surface normal at the point
@@ -78,23 +78,24 @@ export function placeOf({ mapping, size }, p, n) {
 }
 
 /**
- * Returns a textured form, or null as long as the image has not arrived.
+ * Returns the geometry and material of a textured form, or null if the image has not arrived or if the form does not
+ * have the required texture coordinates.
  * @param {Texture} texture
  * @param {[number, number, number]} color
  * @param {THREE.BufferGeometry} form
- * @param {THREE.Vector3} scale by which the form is drawn
+ * @param {THREE.Vector3} scale factor by which the form is scaled when it is drawn
  */
 export function clad(texture, color, form, scale) {
   const drawn = material(texture, color);
   if (!drawn) return null;
-  // A mesh without texture coordinates is drawn in its color only.
+  // A mesh without texture coordinates is drawn without the texture.
   if (texture.mapping === "mesh" && !form.getAttribute("uv")) return null;
   const geometry = form.index ? form.toNonIndexed() : form.clone();
   if (texture.mapping === "mesh") {
     const given = geometry.getAttribute("uv");
     const [width, height] = texture.size;
     const own = new Float32Array(2 * given.count);
-    // Image rows are stored from top to bottom.
+    // The vertical coordinate is inverted, because image rows are stored from top to bottom.
     for (let i = 0; i < given.count; i++) own.set([given.getX(i) / width, 1 - given.getY(i) / height], 2 * i);
     geometry.setAttribute("uv", new THREE.BufferAttribute(own, 2));
     return { geometry, material: drawn };
@@ -108,16 +109,16 @@ export function clad(texture, color, form, scale) {
   const places = new Float32Array(2 * points.count);
   for (let i = 0; i < points.count; i += 3) {
     [a, b, c].forEach((p, k) => p.fromBufferAttribute(points, i + k).multiply(scale).sub(origin).applyQuaternion(back));
-    // All corners of a triangle use the same side of the box.
+    // The normal of the triangle is used, so that all its corners are projected from the same side of the box.
     n.copy(b).sub(a).cross(c.clone().sub(a));
     if (n.lengthSq() === 0) n.fromBufferAttribute(normals, i).applyQuaternion(back);
     const three = [a, b, c].map((p) => placeOf(texture, p, n));
     const [first = 0] = three[0] ?? [];
     three.forEach(([right, up], k) => {
-      // At the seam, all corners of a triangle are moved to the same side.
+      // For a triangle across the seam, all corners are moved to the side of the first one.
       const whole = texture.mapping === "cylinder" || texture.mapping === "sphere" ? 1 / size[0] : 0;
       const closed = whole ? right - whole * Math.round((right - first) / whole) : right;
-      // Image rows are stored from top to bottom.
+      // The vertical coordinate is inverted, because image rows are stored from top to bottom.
       places.set([closed, 1 - up], 2 * (i + k));
     });
   }

@@ -1,15 +1,16 @@
 // @ts-check
-// Formats curves as tables for spreadsheets, and lets the browser save files. Only the latter needs a page.
+// Formats curves as tables for spreadsheets, and saves files from the browser. Only saving needs a page.
 
 /** @import { Curve } from "tatu/plot" */
 
-/** @param {string} text */
+/** Formats a cell, quoted if necessary. @param {string} text */
 function cell(text) {
   return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 }
 
 /**
- * Formats curves as comma-separated values: one row for each time of any curve, with empty cells for missing values.
+ * Formats curves as comma-separated values, with a row for each time at which any curve has a sample. Missing values
+ * are empty cells.
  * @param {Curve[]} curves
  * @param {string} first the heading of the first column
  */
@@ -24,7 +25,7 @@ export function csv(curves, first) {
 /**
  * Formats x-y curves as comma-separated values, with two columns per curve.
  * @param {Curve[]} curves
- * @param {string} along the heading of the horizontal values
+ * @param {string} along the heading of the x values
  */
 export function csvOfPairs(curves, along) {
   const head = curves.flatMap(({ name, unit }) => [along, unit ? `${name} (${unit})` : name]).map(cell).join(",");
@@ -34,9 +35,9 @@ export function csvOfPairs(curves, along) {
 }
 
 /**
- * Lets the browser save a file.
+ * Saves a file by a download of the browser.
  * @param {Blob} blob
- * @param {string} name
+ * @param {string} name name of the file
  */
 export function download(blob, name) {
   const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: name });

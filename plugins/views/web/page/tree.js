@@ -1,5 +1,6 @@
 // @ts-check
-// The tree of objects. A click selects an object, with Ctrl or Shift several; a double click opens the script.
+// The tree of objects. A click selects an object, and clicks with Ctrl or Shift select several; a double click opens
+// the first script of the object.
 
 import { get } from "tatu/dom";
 import { openScript } from "tatu/editor";
@@ -10,13 +11,14 @@ import { scene, select, selectAll, selected, selection, watch } from "tatu/store
 
 const tree = get("tree");
 const search = get("search", HTMLInputElement);
-/** @type {Set<number>} */
+/** Handles of the collapsed objects. @type {Set<number>} */
 const closed = new Set();
-/** @type {Map<number, HTMLElement>} */
+/** The displayed rows, by the handle of the object. @type {Map<number, HTMLElement>} */
 let items = new Map();
 
 /**
- * @param {string} picture
+ * Creates a button with an icon.
+ * @param {string} picture name of the icon
  * @param {string} title
  * @param {() => void} f
  */
@@ -31,6 +33,7 @@ function button(picture, title, f) {
 }
 
 /**
+ * Creates the item of an object, with those of its children.
  * @param {SceneObject} object
  * @param {HTMLElement[]} children
  */
@@ -75,12 +78,13 @@ function item(object, children) {
   return li;
 }
 
-/** Returns the handles of the rows, from top to bottom. */
+/** Returns the handles of the displayed objects, from top to bottom. */
 function shownIds() {
   return [...tree.querySelectorAll("[data-id]")].map((row) => Number(/** @type {HTMLElement} */ (row).dataset.id));
 }
 
 /**
+ * Selects an object, or several with Ctrl or Shift.
  * @param {number} id
  * @param {MouseEvent} e
  */
@@ -94,13 +98,14 @@ function click(id, e) {
 }
 
 /**
- * Returns the row of an object, if it is shown.
+ * Returns the row of an object, or undefined if it is not displayed.
  * @param {number} id
  */
 export function rowOf(id) {
   return items.get(id);
 }
 
+/** Builds the tree again. */
 function draw() {
   /** @type {Map<number, SceneObject[]>} */
   const below = new Map();
@@ -131,10 +136,11 @@ function draw() {
   mark();
 }
 
+/** Marks the rows of the selected objects. */
 function mark() {
   const chosen = new Set(selection());
   for (const [id, row] of items) row.setAttribute("aria-selected", String(chosen.has(id)));
-  // The row that a screen reader announces while the tree has the focus.
+  // A screen reader announces this row while the tree has the focus.
   const spoken = items.get(selected());
   if (spoken) tree.setAttribute("aria-activedescendant", spoken.id);
   else tree.removeAttribute("aria-activedescendant");
@@ -157,14 +163,14 @@ tree.addEventListener("keydown", (e) => {
 });
 search.oninput = draw;
 watch("scene", () => {
-  // Large models are collapsed at first, because users usually look for their base.
+  // In large scenes, models are collapsed at first, because users usually look for the base of a model.
   if (scene.objects.size > 60 && !tree.childElementCount) {
     for (const o of scene.objects.values()) if (o.model) closed.add(o.id);
   }
   draw();
 });
 watch("objects", () => {
-  // The tree is not rebuilt while a row is being renamed or dragged.
+  // The tree is not rebuilt while an object is being renamed, because that would remove the input field.
   if (tree.querySelector("input")) return;
   draw();
 });

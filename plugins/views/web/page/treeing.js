@@ -1,5 +1,5 @@
 // @ts-check
-// Editing in the tree: renaming, attaching by a drag, and the context menu of an object.
+// Edits objects in the tree: renames them, attaches them by a drag, and shows their context menu.
 
 import { duplicate, remove, rename, reparent, tops } from "tatu/clipboard";
 import { tell } from "tatu/output";
@@ -12,10 +12,10 @@ import { rights, scene, select, selected, selection } from "tatu/store";
 import { rowOf } from "tatu/tree";
 
 const tree = get("tree");
-/** Distance in pixels from which a press counts as a drag. */
+/** Distance that the pointer must move before a press becomes a drag, pixels. */
 const STILL = 4;
 
-/** Starts renaming the selected object in its row. */
+/** Replaces the name of the selected object in its row by a field in which it can be changed. */
 export function renameSelected() {
   const id = selected();
   const name = rowOf(id)?.querySelector(".alias");
@@ -42,20 +42,22 @@ export function renameSelected() {
   field.select();
 }
 
-// A drag onto a row attaches to its object, between rows to their parent, and outside of all rows to the world.
+// An object that is dropped on a row is attached to the object of that row; between two rows, to their parent; and
+// below all rows, to the world.
 /** @type {{ x: number, y: number, ids: number[], going: boolean } | null} */
 let drag = null;
 /** @type {HTMLElement | null} */
 let marked = null;
 
-/** @param {EventTarget | null} target */
+/** Returns the row that contains an element, or null. @param {EventTarget | null} target */
 function rowAt(target) {
   const row = target instanceof Element ? target.closest("#tree [data-id]") : null;
   return row instanceof HTMLElement ? row : null;
 }
 
 /**
- * Returns the target of a drop: the new parent, and the row and position of the marker.
+ * Returns the target of a drop at the pointer: the new parent, and the row and position of the marker; null outside of
+ * the tree.
  * @param {PointerEvent} e
  */
 function goal(e) {
@@ -93,7 +95,7 @@ addEventListener("pointerup", (e) => {
   drag = null;
   unmark();
   if (!was?.going) return;
-  // The click after the drag would select the object under the pointer.
+  // The browser reports a click after the drag, which must not select the object under the pointer.
   const swallow = (/** @type {Event} */ click) => click.stopPropagation();
   addEventListener("click", swallow, true);
   setTimeout(() => removeEventListener("click", swallow, true));
@@ -101,26 +103,28 @@ addEventListener("pointerup", (e) => {
   if (found) reparent(was.ids, found.parent);
 });
 
+/** Source of a new script. */
 const SCRIPT = "function sysCall_init()\nend\n\nfunction sysCall_actuation()\nend\n";
 
-/** @param {number} id */
+/** Adds a script to an object. @param {number} id */
 async function addScript(id) {
   const name = scene.objects.get(id)?.alias ?? "object";
   await edit(`Add script to ${name}`, [["tatu.addScript", id, SCRIPT]]).catch(tell);
 }
 
-/** @param {number} id */
+/** Removes the first script of an object after asking the user. @param {number} id */
 async function removeScript(id) {
   const o = scene.objects.get(id);
   const script = o?.scripts?.[0];
   if (!o || !script) return;
-  const chosen = await ask("Remove the script?", `The script ${script.name} goes. Undo brings it back.`, ["Remove", "Cancel"]);
+  const chosen = await ask("Remove the script?", `The script ${script.name} will be removed. This can be undone.`, ["Remove", "Cancel"]);
   if (chosen === "Remove") await edit(`Remove script from ${o.alias}`, [["tatu.remove", [script.id]]]).catch(tell);
 }
 
 /**
- * @param {number} x
- * @param {number} y
+ * Opens the context menu of the selection.
+ * @param {number} x pixels
+ * @param {number} y pixels
  */
 function menu(x, y) {
   const id = selected();
@@ -144,7 +148,7 @@ tree.addEventListener("contextmenu", (e) => {
   e.preventDefault();
   if (id && !selection().includes(id)) select(id);
   const box = rowOf(selected())?.getBoundingClientRect();
-  // The menu key has no position, so the menu opens at the row.
+  // If the menu key was pressed, the event has no position, so the menu opens at the row.
   if (id) menu(e.clientX, e.clientY);
   else if (box) menu(box.left + 20, box.bottom);
 });

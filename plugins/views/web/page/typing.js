@@ -1,5 +1,5 @@
 // @ts-check
-// The toolbar for moving: the frame of reference, and fields for coordinates.
+// The toolbar for moving and rotating objects: the frame of reference, and fields for coordinates.
 
 import { reason } from "tatu/calls";
 import { Carry, carried, placeOf } from "tatu/carrying";
@@ -11,12 +11,12 @@ import { step } from "tatu/nudging";
 /** @import { Frame, Vec3 } from "tatu/geometry" */
 /** @import { Place } from "tatu/carrying" */
 
-/** Interval at which the numbers are updated, ms. */
+/** Interval at which the coordinates are updated, ms. */
 const OFTEN = 250;
 /** @type {[Frame, string, string][]} */
 const FRAMES = [
-  ["world", "World", "Along the axes of the world"], ["parent", "Parent", "Along the axes of the parent, which scene files mean"],
-  ["own", "Own", "Along the object's own axes; numbers are how far it goes from here"],
+  ["world", "World", "Along the axes of the world"], ["parent", "Parent", "Along the axes of the parent, as in scene files"],
+  ["own", "Own", "Along the object's own axes; values are relative to the current pose"],
 ];
 const AXES = ["x", "y", "z"];
 
@@ -48,7 +48,7 @@ const view = get("view");
 view.append(bar);
 
 /**
- * Returns the coordinates of a pose in the chosen frame, m or degrees.
+ * Returns the coordinates of an object in the chosen frame: its position, m, or its orientation, degrees.
  * @param {Place} of
  * @returns {Vec3}
  */
@@ -57,16 +57,17 @@ function numbersOf(of) {
   return how.mode === "rotate" ? toDegrees(rotationOf(within)) : positionOf(within);
 }
 
-/** @param {number} x */
+/** Formats a coordinate. @param {number} x m or degrees */
 function written(x) {
   return String(Number(x.toFixed(how.mode === "rotate" ? 4 : 6)) + 0);
 }
 
-/** @param {string} text */
+/** Shows an error; "": none. @param {string} text */
 function tell(text) {
   why.textContent = text;
 }
 
+/** Requests the coordinates of the object, and shows them. */
 async function refresh() {
   const id = pivot();
   if (!id) return;
@@ -74,16 +75,16 @@ async function refresh() {
   if (!now || id !== pivot()) return;
   fields.forEach((f, i) => {
     const text = written(now[i] ?? 0);
-    // A field that is being edited is not updated.
+    // The text of a field that is being edited is not replaced.
     if (document.activeElement === f.field && f.field.value !== f.shown) f.shown = text;
     else f.field.value = f.shown = text;
   });
 }
 
 /**
- * Sets one coordinate.
- * @param {number} i
- * @param {number} to
+ * Moves or rotates the selection so that one coordinate of the object has a value.
+ * @param {number} i 0: x; 1: y; 2: z
+ * @param {number} to m or degrees
  */
 async function apply(i, to) {
   const [id, { mode, frame }] = [pivot(), { ...how }];
@@ -106,7 +107,7 @@ async function apply(i, to) {
 }
 
 /**
- * Applies the text of a field.
+ * Applies the text of a field, and shows an error if it is invalid.
  * @param {number} i
  * @param {string} text
  */
@@ -149,7 +150,7 @@ fields.forEach(({ field }, i) => {
     e.preventDefault();
   };
 });
-// In the view, keys go to the simulation and the mouse turns the camera.
+// The toolbar is part of the view, which would pass keys to the simulation and rotate the camera by the mouse.
 for (const kind of ["keydown", "pointerdown", "pointerup", "wheel"]) bar.addEventListener(kind, (e) => e.stopPropagation());
 
 watchHow(() => {

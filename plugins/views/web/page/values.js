@@ -1,12 +1,12 @@
 // @ts-check
-// Read-only values: links to objects, numbers, lists and tables.
+// Formats read-only values: numbers, lists, tables and links to objects.
 
 import { make } from "tatu/dom";
 import { writeNumber } from "tatu/names";
 import { scene, select } from "tatu/store";
 
 /**
- * Creates a link that selects an object.
+ * Creates a link that selects an object; "none" if the object does not exist.
  * @param {unknown} id
  */
 export function link(id) {
@@ -20,7 +20,7 @@ export function link(id) {
 /**
  * Returns a value for display, with links to the objects that it refers to.
  * @param {unknown} value
- * @param {number} [factor] for numbers in another unit
+ * @param {number} [factor] by which numbers are multiplied for display
  * @returns {Node}
  */
 export function shown(value, factor = 1) {
@@ -37,6 +37,7 @@ export function shown(value, factor = 1) {
 }
 
 /**
+ * Formats a list.
  * @param {unknown[]} values
  * @param {number} factor
  */
@@ -48,6 +49,7 @@ function list(values, factor) {
 }
 
 /**
+ * Formats keys and values as a table.
  * @param {[unknown, unknown][]} entries
  * @param {number} factor
  */

@@ -1,11 +1,12 @@
 // @ts-check
-// Shows two versions of a script side by side: the one edited here, and the one that another client saved in the
-// meantime.
+// Resolves a conflict between two versions of a script: the one that was edited here, and the one that another client
+// has saved in the meantime.
 
 import { choose } from "tatu/dialogs";
 import { make } from "tatu/dom";
 
 /**
+ * Creates a labelled text field.
  * @param {string} name
  * @param {string} value
  */
@@ -17,8 +18,9 @@ function pane(name, value) {
 }
 
 /**
- * Shows both texts, which can be edited; returns a promise of the chosen text, or of null if neither was chosen.
- * @param {string} script
+ * Shows both versions side by side in a dialog, in which they can be edited. Returns a promise of the chosen text, or
+ * of null if neither was chosen. `mine` in the result is whether the text must be saved.
+ * @param {string} script name of the script
  * @param {string} mine
  * @param {string} theirs
  * @returns {Promise<{ mine: boolean, text: string } | null>}
@@ -29,8 +31,8 @@ export async function resolve(script, mine, theirs) {
   other.area.id = "theirs";
   const both = make("div", { className: "both" });
   both.append(own.label, other.label);
-  // The chosen text is that of the pane, into which parts of the other may have been merged.
-  const text = make("p", { textContent: "Another page has saved this script since it was opened here. Carry over what you need, then choose." });
+  // The user may merge parts of one text into the other before choosing it.
+  const text = make("p", { textContent: "Another page has saved this script since it was opened here. Copy what you need from one text to the other, then choose." });
   const chosen = await choose(`${script} was changed twice`, [text, both], ["Keep mine", "Take theirs", "Cancel"], () => {
     both.closest("dialog")?.classList.add("wide-dialog");
     own.area.focus();

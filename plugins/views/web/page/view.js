@@ -1,5 +1,5 @@
 // @ts-check
-// The 3-D view: camera, shadows, and rendering on demand.
+// The 3-D view: renders the scene on demand, and manages the camera and shadows.
 
 import * as THREE from "three";
 import { OrbitControls } from "three/controls";
@@ -15,7 +15,7 @@ THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 /** @import { ObjectGroup } from "tatu/crowd" */
 
 export const host = get("view");
-/** Tangent of half the usual field of view; parallel projection uses a narrower one at a greater distance. */
+/** Tangent of half the usual field of view. Parallel projection uses a narrower field of view at a greater distance. */
 const USUAL = Math.tan((50 * Math.PI) / 360);
 /** Width and height of the shadow map, pixels. */
 const SHADOWS = 2048;
@@ -27,7 +27,7 @@ camera.position.set(3, -4, 2.5);
 export const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
 renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
 renderer.shadowMap.enabled = true;
-// Checking for shader errors would block until a shader is compiled.
+// Checking for shader errors would block until each shader has been compiled.
 renderer.debug.checkShaderErrors = false;
 renderer.shadowMap.type = THREE.PCFShadowMap;
 host.append(renderer.domElement);
@@ -41,12 +41,12 @@ sun.shadow.radius = 1.5;
 stage.add(dome, floor, sun, sun.target, root, crowd);
 onTheme(redraw);
 
-// Two directions perpendicular to the light. The shadow map is moved along them by whole pixels, so that the edges of
-// shadows do not flicker.
+// Two directions perpendicular to the light. The shadow map is moved along them only by whole pixels; otherwise, the
+// edges of shadows would flicker.
 const across = new THREE.Vector3(0, 1, 0).cross(LAMP).normalize();
 const along = LAMP.clone().cross(across);
 
-/** Fits the shadow map to the visible part of the scene. */
+/** Fits the shadow map to the part of the scene around the target of the camera. */
 function shade() {
   const reach = Math.min(Math.max(0.9 * zoom.value * camera.position.distanceTo(controls.target), 0.3), 60);
   const pixel = (2 * reach) / SHADOWS;
@@ -62,7 +62,7 @@ function shade() {
   sun.shadow.normalBias = 1.2 * pixel;
 }
 
-/** Sets the near plane relative to the distance of the target: the closer the plane, the lower the depth resolution. */
+/** Sets the near plane in proportion to the distance of the target. A closer near plane would reduce depth resolution. */
 function clip() {
   const near = Math.max(0.005, 0.02 * camera.position.distanceTo(controls.target));
   if (Math.abs(near / camera.near - 1) < 0.1) return;
@@ -70,11 +70,11 @@ function clip() {
   camera.updateProjectionMatrix();
 }
 
-/** Functions that are called before each image of the view. @type {Set<() => void>} */
+/** Functions that are called before each rendering of the view. @type {Set<() => void>} */
 const others = new Set();
 
 /**
- * Calls `f` before each image of the view; returns a function that ends this.
+ * Calls `f` before each rendering of the view. Returns a function that ends this.
  * @param {() => void} f
  */
 export function alsoDraw(f) {
@@ -83,7 +83,8 @@ export function alsoDraw(f) {
 }
 
 /**
- * Draws the image of another camera to a canvas. It is rendered in a corner of the view, which is redrawn afterwards.
+ * Draws the image of another camera on a canvas. The image is rendered in a corner of the view, and the view must be
+ * rendered again afterwards.
  * @param {THREE.PerspectiveCamera} other
  * @param {HTMLCanvasElement} canvas resized to its displayed size, at most to that of the view
  */
@@ -105,25 +106,25 @@ export function drawFrom(other, canvas) {
 }
 
 const software = isSoftware(renderer);
-/** In large scenes, images that follow each other within this time, ms, are simplified; the last one is not. */
+/** With software rendering, images of large scenes are simplified if the last image is less than this time old, ms. */
 const REST = 600;
 /** Number of triangles of the last image, and the time at which it was drawn, ms. */
 let [triangles, last] = [0, -Infinity];
 let rest = 0;
 let due = false;
-/** Number of images drawn. */
+/** Number of times that the view has been rendered. */
 export let drawn = 0;
-/** Whether a scene has arrived. Before, nothing is drawn, since the first image compiles shaders, which takes 0.5 s. */
+/** Whether a scene has arrived. The view is not rendered before, because compiling the shaders takes 0.5 s. */
 let ready = false;
 watch("scene", () => { ready = true; });
-/** Schedules an image for the next animation frame. */
+/** Schedules a rendering of the view for the next animation frame. */
 export function redraw() {
   if (due || !ready) return;
   due = true;
   requestAnimationFrame(() => {
     due = false;
     root.updateMatrixWorld();
-    // Shadows of large scenes are too slow for software rendering.
+    // Shadows are omitted in large scenes, because they would take too long.
     const large = isLarge() || (software && isMany(triangles));
     sun.castShadow = !large;
     zoom.value = Math.tan((camera.fov * Math.PI) / 360) / USUAL;
@@ -155,14 +156,15 @@ new ResizeObserver(() => {
   redraw();
 }).observe(host);
 
-/** Initial direction from the centre of the scene to the camera. */
+/** Direction from the centre of the scene to the camera for a new scene. */
 const FROM = new THREE.Vector3(-0.55, -0.65, 0.5).normalize();
-/** Ratio of the shown size to that of the objects. */
+/** Ratio of the size of the visible region to that of the objects. */
 const MARGIN = 1.15;
 
 /**
- * Moves the camera so that everything except floors, or only the given objects, is visible from a direction.
+ * Moves the camera so that the given objects, or all objects except floors, are visible.
  * @param {THREE.Object3D[]} [objects]
+ * @param {THREE.Vector3} [from] direction from the objects to the camera
  */
 export function fit(objects, from = FROM) {
   const box = objects ? new THREE.Box3() : bounds();
@@ -170,7 +172,7 @@ export function fit(objects, from = FROM) {
   if (box.isEmpty()) return;
   const center = box.getCenter(new THREE.Vector3());
   const size = box.getSize(new THREE.Vector3()).length();
-  // The minimum radius leaves room around a single robot, and more on an empty floor.
+  // The minimum radius keeps the camera from moving too close to a small scene, and even more so to an empty one.
   const radius = Math.max(objects ? 0.1 : size > 0 ? 0.7 : 2.5, size / 2);
   const upright = (camera.fov * Math.PI) / 360;
   const half = Math.min(upright, Math.atan(Math.tan(upright) * camera.aspect));
@@ -181,7 +183,8 @@ export function fit(objects, from = FROM) {
 }
 
 /**
- * Moves the camera to the pose of a scene camera; the target is on its z axis, at the distance of the scene's centre.
+ * Moves the camera to the pose of a scene camera. The target is on the z axis of that camera, at the distance of the
+ * centre of the scene.
  * @param {ObjectGroup} group
  */
 function lookFrom(group) {
@@ -197,7 +200,7 @@ function lookFrom(group) {
   redraw();
 }
 
-/** Puts the floor below the lowest object, if the scene has no floor. */
+/** Shows a floor below the lowest object if the scene does not have a visible plane. */
 function ground() {
   const all = [...scene.objects.values()];
   const has = all.some((o) => o.visible && o.parts?.some((p) => p.form === "plane"));
@@ -207,7 +210,8 @@ function ground() {
 
 watch("scene", () => {
   ground();
-  // A different scene is shown from its camera, or as a whole; for the same scene, the view does not change.
+  // A new scene is shown from its first camera, or completely if it has none. An update of the scene does not move the
+  // camera.
   const own = [...scene.objects.values()].find((o) => o.kind === "camera");
   if (scene.another) {
     requestAnimationFrame(() => {
@@ -225,7 +229,7 @@ watch("objects", () => {
 });
 
 /**
- * Returns the ray under a pointer.
+ * Returns the ray through the pointer.
  * @param {{ clientX: number, clientY: number }} e
  */
 export function rayAt(e) {
@@ -237,7 +241,7 @@ export function rayAt(e) {
 }
 
 /**
- * Returns the object under a pointer, and the visible point of it.
+ * Returns the object under the pointer and the point on its surface, or null.
  * @param {{ clientX: number, clientY: number }} e
  */
 export function hitAt(e) {

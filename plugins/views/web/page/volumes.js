@@ -1,5 +1,5 @@
 // @ts-check
-// Draws the detection volume of the selected sensor, which is highlighted when the sensor detects something.
+// Draws the detection volume of the selected sensor, in another color while the sensor detects an object.
 
 import * as THREE from "three";
 import { hang } from "tatu/crowd";
@@ -16,12 +16,12 @@ const fill = new THREE.MeshBasicMaterial({ color: FREE, transparent: true, opaci
 const edge = new THREE.LineBasicMaterial({ color: FREE, transparent: true, opacity: 0.6 });
 
 /**
- * Returns the side surface from the near face to the far face, along z. Faces are given by half their width and height.
- * @param {[number, number]} near
- * @param {number} from
- * @param {[number, number]} far
- * @param {number} to
- * @param {number} sides
+ * Returns the lateral surface between two faces perpendicular to the z axis.
+ * @param {[number, number]} near half the width and height of the near face, m
+ * @param {number} from z of the near face, m
+ * @param {[number, number]} far half the width and height of the far face, m
+ * @param {number} to z of the far face, m
+ * @param {number} sides 4 for rectangular faces; otherwise, faces are approximated ellipses
  */
 function between(near, from, far, to, sides) {
   const geometry = new THREE.CylinderGeometry(1, 1, 1, sides, 1, true, sides === 4 ? Math.PI / 4 : 0).rotateX(Math.PI / 2);
@@ -36,7 +36,7 @@ function between(near, from, far, to, sides) {
 }
 
 /**
- * Returns the surface of a section of a sphere around the sensor, with its range as the radius.
+ * Returns the surface of a conical section of a sphere around the sensor. Its radius is the range of the sensor.
  * @param {Volume} volume
  */
 function cone({ range = 0, near = 0, angle = 0 }) {
@@ -48,7 +48,7 @@ function cone({ range = 0, near = 0, angle = 0 }) {
 }
 
 /**
- * Returns half of a size.
+ * Returns half the width and height of a face.
  * @param {[number, number]} [size]
  * @returns {[number, number]}
  */
@@ -56,7 +56,7 @@ function half([w, h] = [0, 0]) {
   return [w / 2, h / 2];
 }
 
-/** @param {Volume} v */
+/** Returns the surface of a volume, or null if it cannot be drawn. @param {Volume} v */
 function geometry(v) {
   const [range, near] = [v.range ?? 0, v.near ?? 0];
   if (!(range > 0)) return null;
@@ -73,7 +73,7 @@ function geometry(v) {
 
 /** @type {THREE.Group | null} */
 let shown = null;
-/** @param {number} id */
+/** Draws the detection volume of an object, if it is a sensor that has one. @param {number} id */
 function show(id) {
   shown?.removeFromParent();
   shown?.traverse((x) => {

@@ -1,21 +1,24 @@
 // @ts-check
-// Tracks which images and graphs the parts of the page show, and requests the union of them from the program.
+// Collects the images and graphs that the parts of the page show, and requests all of them from the program.
 
 import { on, send } from "tatu/net";
 
-/** @type {{ [kind in "images" | "graphs"]: Map<string, number> }} */
+/**
+ * The objects that parts of the page show, by the name of the part.
+ * @type {{ [kind in "images" | "graphs"]: Map<string, number> }}
+ */
 const shown = { images: new Map(), graphs: new Map() };
 
-/** @param {"images" | "graphs"} kind */
+/** Requests all objects of a kind that are shown. @param {"images" | "graphs"} kind */
 function ask(kind) {
   send({ type: kind, objects: [...new Set(shown[kind].values())] });
 }
 
 /**
- * Sets the object that a part of the page shows.
+ * Sets the image or graph that a part of the page shows.
  * @param {"images" | "graphs"} kind
- * @param {string} who
- * @param {number} id 0: nothing
+ * @param {string} who name of the part
+ * @param {number} id handle of the object; 0: none
  */
 export function want(kind, who, id) {
   if ((shown[kind].get(who) ?? 0) === id) return;
@@ -24,7 +27,7 @@ export function want(kind, who, id) {
   ask(kind);
 }
 
-// The program forgets requests when the connection is lost.
+// A new connection starts without requests.
 on("hello", () => {
   for (const kind of /** @type {const} */ (["images", "graphs"])) if (shown[kind].size) ask(kind);
 });

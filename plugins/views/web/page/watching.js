@@ -1,22 +1,23 @@
 // @ts-check
-// Properties and readings that are watched in each step, with their history since the start of the run.
+// Requests values of properties and readings in each step, and stores their history since the start of the run.
 
 import { on, send } from "tatu/net";
 
 /**
- * The history of a value since the start: times, and the elements of the value at each of them.
+ * The history of a value since the start of the run: simulation times, s, and the elements of the value at each of
+ * them. `users` is the number of calls of `watchValue` without a call of `unwatch`.
  * @typedef {{ object: number, key: string, users: number, times: number[], numbers: (number | null)[][] }} Series
  */
 
 /** Maximum number of stored samples per value. */
 const MOST = 20_000;
-/** @type {Map<string, Series>} */
+/** The watched values, by object and key. @type {Map<string, Series>} */
 const all = new Map();
-/** Number of the last request, and the requested values in their order. */
+/** Number of the last request, and the requested values in the order of the request. */
 let asked = { of: 0, series: /** @type {Series[]} */ ([]) };
 let due = false;
 
-/** Requests all watched values, once for all changes within the same task. */
+/** Schedules a request for all watched values. Changes within the same task result in a single request. */
 function ask() {
   if (due) return;
   due = true;
@@ -28,9 +29,9 @@ function ask() {
 }
 
 /**
- * Watches a value.
+ * Starts to watch a value. `unwatch` must be called when the value is no longer required.
  * @param {number} object
- * @param {string} key of a property, or the name of a field of its readings
+ * @param {string} key key of a property, or name of a field of readings
  * @returns {Series}
  */
 export function watchValue(object, key) {
@@ -46,7 +47,7 @@ export function watchValue(object, key) {
   return series;
 }
 
-/** @param {Series} series */
+/** Stops watching a value, unless it is still used elsewhere. @param {Series} series */
 export function unwatch(series) {
   if (--series.users > 0) return;
   all.delete(`${series.object} ${series.key}`);
@@ -54,7 +55,7 @@ export function unwatch(series) {
 }
 
 on("values", ({ of, samples }) => {
-  // Samples for an earlier request have a different order of values.
+  // Samples for an earlier request contain other values.
   if (of !== asked.of) return;
   for (const { time, values } of samples) {
     asked.series.forEach((series, i) => {

@@ -1,28 +1,29 @@
 // @ts-check
-// The widgets of script windows: each is built once, and updated when the script changes it.
+// Creates the widgets of script windows, and updates them when the script changes their state.
 
 import { make } from "tatu/dom";
 import { plot } from "tatu/plot";
 import { fill, restyle } from "tatu/rich";
 
 /**
- * The state of a widget: keys and values that the script sets.
+ * The state of a widget, which the script sets.
  * @typedef {{ [key: string]: any }} Values
  */
-/** @typedef {{ element: string, above?: number | null, values: Values }} Widget */
+/** @typedef {{ element: string, above?: number | null, values: Values }} Widget `above` is the index of its parent */
 /**
- * The widgets of a window, their elements, and the function that reports a user action to the script.
+ * The widgets of a window, their elements, and the function that reports user actions to the script.
  * @typedef {{ widgets: Widget[], made: HTMLElement[], act_on: (n: number, what: string, value?: unknown) => void }} WidgetWindow
  */
-/** @typedef {(what: string, value?: unknown) => void} Tell */
+/** @typedef {(what: string, value?: unknown) => void} Tell reports a user action on a widget to the script */
 /**
  * @template {HTMLElement} E
  * @typedef {{ make: (v: Values, tell: Tell) => E, set: (e: E, v: Values, tell: Tell) => void }} Kind
  */
 
 /**
+ * Creates an input for a number.
  * @param {Values} v
- * @param {string} type
+ * @param {string} type "range" or "number"
  */
 function range(v, type) {
   const input = make("input", { type, min: v.minimum ?? 0, max: v.maximum ?? 100, step: v.step ?? 1, value: v.value ?? 0 });
@@ -30,7 +31,7 @@ function range(v, type) {
   return input;
 }
 
-/** Types of widgets: `make` builds the element, `set` updates it, and `tell` reports user actions. */
+/** The types of widgets: `make` creates the element, and `set` updates it from the state. */
 /** @type {{ [element: string]: Kind<any> | undefined }} */
 const WIDGETS = {
   label: {
@@ -130,11 +131,11 @@ const WIDGETS = {
   br: { make: () => make("span", { className: "br" }), set: () => {} },
   stretch: { make: () => make("span", { className: "stretch" }), set: () => {} },
 };
-/** Types of widgets that contain others. */
+/** Types of widgets that contain other widgets. */
 const BOXES = new Set(["ui", "group", "tabs", "tab"]);
 
 /**
- * Creates a button that reports when it is pressed and released.
+ * Creates a button that reports presses and releases separately.
  * @param {Tell} tell
  */
 function holdable(tell) {
@@ -144,7 +145,7 @@ function holdable(tell) {
     tell("press");
   };
   button.onpointerup = button.onpointercancel = () => tell("release");
-  // A click by the keyboard has no pointer events.
+  // A click by the keyboard does not cause pointer events.
   button.onclick = (e) => {
     if (e.detail !== 0) return;
     tell("press");
@@ -154,6 +155,7 @@ function holdable(tell) {
 }
 
 /**
+ * Creates a slider.
  * @param {Values} v
  * @param {Tell} tell
  */
@@ -164,6 +166,7 @@ function slider(v, tell) {
 }
 
 /**
+ * Updates an input for a number, but not its value while it has the focus.
  * @param {HTMLInputElement} e
  * @param {Values} v
  */
@@ -173,6 +176,7 @@ function number(e, v) {
 }
 
 /**
+ * Creates a check box or radio button with a label.
  * @param {"checkbox" | "radio"} type
  * @param {(on: boolean) => void} tell
  */
@@ -185,6 +189,7 @@ function tick(type, tell) {
 }
 
 /**
+ * Updates a check box or radio button.
  * @param {HTMLLabelElement} e
  * @param {Values} v
  */
@@ -197,7 +202,7 @@ function ticked(e, v) {
 }
 
 /**
- * Updates an image, whose rows are given from top to bottom.
+ * Updates an image. Its rows are stored from top to bottom.
  * @param {HTMLCanvasElement} e
  * @param {Values} v
  */
@@ -215,8 +220,8 @@ function paint(e, v) {
 }
 
 /**
- * Updates an SVG drawing. It is shown as an image, so that it cannot run scripts or load resources; anything that is
- not * an SVG is not shown.
+ * Updates an SVG drawing. It is shown as an image, so that it cannot run scripts or load resources. Data that is not an
+ * SVG is not shown.
  * @param {HTMLImageElement} e
  * @param {Values} v
  */
@@ -234,7 +239,7 @@ function draw(e, v) {
 }
 
 /**
- * Selects the visible page of a tab widget.
+ * Adds the tabs to a tab widget, and shows the current page.
  * @param {Values} values
  * @param {HTMLElement} made
  * @param {Tell} tell
@@ -252,14 +257,15 @@ function tabs(values, made, tell) {
   front(made, values.current ?? 0);
 }
 
-/** @param {HTMLElement} e */
+/** Returns the child elements. @param {HTMLElement} e */
 function children(e) {
   return [...e.children].filter((c) => c instanceof HTMLElement);
 }
 
 /**
+ * Shows a page of a tab widget.
  * @param {HTMLElement} made
- * @param {number} at
+ * @param {number} at index of the page
  */
 function front(made, at) {
   const [bar, ...pages] = children(made);
@@ -268,7 +274,7 @@ function front(made, at) {
 }
 
 /**
- * Builds all widgets of a window; returns the element that contains them.
+ * Creates the elements of all widgets of a window. Returns the element that contains them.
  * @param {WidgetWindow} window
  * @returns {HTMLElement}
  */
@@ -290,7 +296,6 @@ export function build(window) {
     window.made[n] = made;
     if (above !== null && above !== undefined) window.made[above]?.append(made);
   });
-  // The number of columns of a grid is that of its longest row.
   window.widgets.forEach((widget, n) => {
     const made = window.made[n];
     if (made && widget.element === "tabs") tabs(widget.values, made, (what, value) => window.act_on(n, what, value));
@@ -306,8 +311,9 @@ export function build(window) {
 }
 
 /**
+ * Returns the number of columns of a grid, which is that of its longest row; 2 for a form.
  * @param {WidgetWindow} window
- * @param {number} n
+ * @param {number} n index of the widget that contains the grid
  */
 function columns(window, n) {
   if (window.widgets[n]?.values.layout === "form") return 2;
@@ -320,7 +326,7 @@ function columns(window, n) {
 }
 
 /**
- * Sets the position and colors of a widget in a grid.
+ * Sets the cells that a widget occupies in a layout of cells, its colors and its alignment.
  * @param {HTMLElement} made
  * @param {Values} v
  */
@@ -334,7 +340,7 @@ function span(made, v) {
 }
 
 /**
- * Updates a widget from its current state.
+ * Updates the element of a widget from the state of the widget.
  * @param {WidgetWindow} window
  * @param {number} n
  */

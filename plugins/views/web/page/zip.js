@@ -1,19 +1,22 @@
 // @ts-check
-// Zip archives: reads archives with stored or deflated files, and writes archives with stored files. This module does
-// not need a page.
+// Reads zip archives with stored or deflated files, and writes zip archives with stored files. This module does not
+// need a page.
 
+/** Signature of the end record. */
 const END = 0x06054b50;
+/** Signature of a directory entry. */
 const ENTRY = 0x02014b50;
 /** Maximum length of the comment after the end record, bytes. */
 const MOST_COMMENT = 0xffff;
-/** Maximum size of one file, and of all files, bytes. */
+/** Maximum size of a file, bytes. */
 const MOST = 64 << 20;
+/** Maximum total size of all files, bytes. */
 const MOST_TOGETHER = 256 << 20;
 
 /** @typedef {{ name: string, bytes: Uint8Array<ArrayBuffer> }} Unpacked */
 
 /**
- * Unpacks at most `most` bytes.
+ * Decompresses deflated data. Throws a failure if the result is larger than `most` bytes.
  * @param {Uint8Array<ArrayBuffer>} packed
  * @param {number} most
  */
@@ -28,7 +31,7 @@ async function inflate(packed, most) {
     if (done) break;
     length += value.length;
     // The size stated in the archive cannot be trusted.
-    if (length > most) throw { error: "a file of the archive is larger than stated" };
+    if (length > most) throw { error: "a file in the zip archive is larger than the size that the archive states" };
     parts.push(value);
   }
   const bytes = new Uint8Array(length);
@@ -41,7 +44,7 @@ async function inflate(packed, most) {
 }
 
 /**
- * Returns the files of an archive.
+ * Returns a promise of the wanted files in an archive, decompressed.
  * @param {ArrayBuffer} buffer
  * @param {(name: string) => boolean} [wanted]
  * @returns {Promise<Unpacked[]>}
@@ -70,17 +73,17 @@ export async function unzip(buffer, wanted = () => true) {
       const local = view.getUint32(at + 42, true);
       at += 46 + nameLength + extra + comment;
       if (name.endsWith("/") || !wanted(name)) continue;
-      if (flags & 1) throw { error: `\`${name}\` of the archive is encrypted`, help: "pack it without a password" };
-      if (size > Math.min(MOST, left)) throw { error: `\`${name}\` of the archive is too large: expected at most 64 MiB, and 256 MiB for all files` };
+      if (flags & 1) throw { error: `\`${name}\` in the zip archive is encrypted`, help: "create the archive without a password" };
+      if (size > Math.min(MOST, left)) throw { error: `\`${name}\` in the zip archive is too large: expected at most 64 MiB per file, and 256 MiB for all files` };
       left -= size;
       const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
       const data = new Uint8Array(buffer, start, packed);
       if (method === 0) files.push({ name, bytes: data.slice() });
       else if (method === 8) files.push({ name, bytes: await inflate(data, size) });
-      else throw { error: `\`${name}\` of the archive uses an unsupported compression method (${method})`, help: "use deflate, the default of most programs" };
+      else throw { error: `\`${name}\` in the zip archive uses the unsupported compression method ${method}`, help: "create the archive with the method deflate, which most programs use by default" };
     }
   } catch (thrown) {
-    // An offset is outside of the archive.
+    // An offset outside of the archive causes a `RangeError`, and invalid compressed data causes a `TypeError`.
     throw thrown instanceof RangeError || thrown instanceof TypeError ? damaged : thrown;
   }
   return files;
@@ -96,13 +99,13 @@ function crc32(bytes) {
   return ~crc >>> 0;
 }
 
-/** The earliest date that an archive can represent, 1980-01-01; a fixed date makes archives reproducible. */
+/** The date of all files, 1980-01-01. It is fixed, so that archives are reproducible. */
 const DATE = 0x21;
-/** Flag: names are in UTF-8. */
+/** Flag of an entry: the name is in UTF-8. */
 const UTF8 = 0x800;
 
 /**
- * Returns an archive with stored files.
+ * Returns an archive that contains the files uncompressed.
  * @param {Unpacked[]} files
  * @returns {Uint8Array<ArrayBuffer>}
  */
@@ -124,7 +127,7 @@ export function pack(files) {
     out.set(bytes, at);
     at += bytes.length;
   };
-  /** Returns the fields that the local header and the directory entry of a file share. @returns {[2 | 4, number][]} */
+  /** Returns the fields that the local header and the directory entry of a file have in common. @returns {[2 | 4, number][]} */
   const common = (/** @type {typeof all[number]} */ { name, bytes, crc }) => [
     [2, 20], [2, UTF8], [2, 0], [2, 0], [2, DATE], [4, crc], [4, bytes.length], [4, bytes.length], [2, name.length], [2, 0],
   ];

@@ -1,4 +1,5 @@
-//! Requests of clients. Everything that acts on the world is a command or a request, which the input log records.
+//! Executes requests from clients. All changes to the world are made by commands and run requests, because the input
+//! log records both.
 
 use std::path::Path;
 
@@ -20,10 +21,10 @@ use crate::{
     scene,
 };
 
-/// Properties that are too large to be shown as text.
+/// Keys of properties that are too large to be shown in the page.
 const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
 
-/// Returns the fields of a sensor's reading that are short, as rows like those of properties.
+/// Returns the short fields of a sensor's last reading, in the form of read-only properties.
 fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Row> {
     let fields = (0..).map_while(|i| turn.field_of(id, i));
     let rows = fields.filter_map(|(name, _)| {
@@ -45,7 +46,7 @@ fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Row> {
     rows.collect()
 }
 
-/// Returns the properties of an object and their values, and the short fields of a sensor's last reading.
+/// Returns the properties of the object with handle `n`, and the short fields of its last reading if it is a sensor.
 pub fn details(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
     let id = object(n);
     let mut rows = Vec::new();
@@ -82,7 +83,7 @@ pub fn details(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
     Ok(ToPage::Details { object: n, rows })
 }
 
-/// Replaces object ids within a value by the handles that the page uses.
+/// Replaces object ids within a value by handles, which the page uses instead.
 fn with_slots(value: Value) -> Value {
     match value {
         Value::Object(o) => Value::Object(tatu_slot(o).into()),
@@ -97,7 +98,7 @@ fn choices(row: ValueRef<'_>) -> Vec<String> {
     all.iter().filter_map(|c| c.as_str().map(|s| s.into_owned())).collect()
 }
 
-/// Returns the custom data of an object, or of the scene.
+/// Returns the custom data of the object with handle `n`, or of the scene if `n` is 0.
 pub fn data(turn: &Turn<'_>, p: &Props, n: u32) -> Result<ToPage> {
     let map = if n == 0 { turn.get(0, p.scene_data)? } else { turn.get(object(n), p.data)? };
     let text = |v: ValueRef<'_>| std::str::from_utf8(v.as_bytes()?).ok().map(str::to_owned);
@@ -105,15 +106,15 @@ pub fn data(turn: &Turn<'_>, p: &Props, n: u32) -> Result<ToPage> {
     Ok(ToPage::Data { object: n, data })
 }
 
-/// Returns the source of a script.
+/// Returns the source of the script with handle `n`.
 pub fn script(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
     let text = turn.script_text(object(n))?;
     let version = scene::version(&text);
     Ok(ToPage::Script { script: n, text: String::from_utf8_lossy(&text).into_owned(), version })
 }
 
-/// Replaces the text of a script, unless it has changed since `version`, because two pages may edit the same script.
-/// Returns its version, and also its text if it was not replaced.
+/// Replaces the source of the script with handle `n`, unless another client has changed it since `version`. Returns the
+/// version of the script, and its current source as `theirs` if it was not replaced.
 pub fn save_script(turn: &Turn<'_>, p: &Props, n: u32, text: &str, version: u32) -> Result<Json> {
     let present = turn.script_text(object(n))?;
     let found = scene::version(&present);
@@ -125,17 +126,19 @@ pub fn save_script(turn: &Turn<'_>, p: &Props, n: u32, text: &str, version: u32)
     Ok(json!({ "version": scene::version(text.as_bytes()) }))
 }
 
-/// Calls a command; returns its results.
+/// Calls a command and returns its results. Fails if the command would have to wait.
 pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Vec<Json>> {
     let args = args.iter().map(json::read).collect::<Result<Vec<_>>>()?;
     match turn.call(name, &args, 0)? {
         Called::Done(values) => Ok(values.iter().map(json::write).collect()),
-        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits, which is not possible from the page"))),
+        Called::Waits => {
+            Err(Fail::unsupported(format!("`{name}` waits for the simulation, so it cannot be called from the page")))
+        }
     }
 }
 
-/// Opens a scene of the gallery. Those that come with the program and recent ones may be anywhere; `tatu.open` finds all
-/// others, in the folders in which scripts open files.
+/// Opens a scene of the gallery. Recent scenes and those that come with the program may be in any folder; all others
+/// are opened by `tatu.open`, which accepts only files in the folders that scripts may read.
 pub fn open(turn: &Turn<'_>, recent: &Recent, file: &str) -> Result {
     let path = Path::new(file);
     if path.is_absolute() && (gallery::comes_with_program(path) || recent.contains(path)) {
@@ -144,7 +147,7 @@ pub fn open(turn: &Turn<'_>, recent: &Recent, file: &str) -> Result {
     call(turn, "tatu.open", &[json!(file)]).map(|_| ())
 }
 
-/// Stores a picture of a recent scene.
+/// Stores `png`, a PNG in base64, as the picture of a recent scene.
 pub fn picture(recent: &Recent, scene: &str, png: &str) -> Result {
     let is_good = STANDARD.decode(png).is_ok_and(|png| recent.picture(Path::new(scene), &png));
     is_good.then_some(()).ok_or_else(|| {
@@ -152,7 +155,7 @@ pub fn picture(recent: &Recent, scene: &str, png: &str) -> Result {
     })
 }
 
-/// Returns all commands, for completion.
+/// Returns all commands, for completion in the editor.
 pub fn commands(turn: &Turn<'_>) -> ToPage {
     let one = |c: &About| Command {
         name: c.names.first().cloned().unwrap_or_default(),
@@ -162,7 +165,8 @@ pub fn commands(turn: &Turn<'_>) -> ToPage {
     ToPage::Commands { commands: turn.commands().iter().map(one).collect() }
 }
 
-/// Returns the number of a request to the world. A single step is a start after which the service holds the world.
+/// Returns the `TATU_REQUEST_*` constant for an action. A single step is a start; the service then holds the world
+/// after the step.
 pub fn request(action: Action) -> u32 {
     match action {
         Action::Start | Action::Step => TATU_REQUEST_START,

@@ -1,7 +1,8 @@
-//! Finds objects with changes other than motion: of a name, a color, a size, a parent, a script.
+//! Finds objects that have changed in other ways than by moving, for example in name, color, size, parent or script.
 //!
-//! The plugin interface does not report changes of properties, so digests of the displayed data of each object are
-//! compared. In large scenes, each call compares only some of the objects, in turn.
+//! The plugin interface does not report changes of properties, so this module compares digests of each object's
+//! displayed data. In large scenes, each call compares only some of the objects, and the next call continues with the
+//! others.
 
 use std::{
     collections::BTreeMap,
@@ -20,38 +21,41 @@ use crate::{
     scene::{self, Assets, Whole},
 };
 
-/// Maximum work of a call, in units of comparing one shape, and the work for other kinds of objects. In a scene with
-/// 10,000 shapes, a call takes 0.8 ms in a debug build.
+/// Maximum work per call; comparing a simple shape counts as 1. In a scene with 10,000 shapes, a call takes 0.8 ms in a
+/// debug build.
 const MOST_WORK: usize = 300;
+/// Work of comparing a sensor, and of comparing a compound shape.
 const WORK_SENSOR: usize = 2;
 const WORK_COMPOUND: usize = 6;
 
-/// The state at the last comparison.
+/// The digests from the last comparison of each object.
 #[derive(Default)]
 pub struct Changes {
-    /// Digests of all objects, in the order of their ids in the scene; `None`: the object is new.
+    /// Digests of all objects, in the order of `Whole::ids`; `None` if the object could not be read.
     digests: Vec<Option<u64>>,
-    /// Index of the object to be compared next.
+    /// Index, in `Whole::ids`, of the object to be compared next.
     next: usize,
-    /// Digests of scripts by the slot of the object that they belong to; 0: the scene.
+    /// Digest of each object's scripts, by the handle of the object; 0: the scene.
     scripts: BTreeMap<u32, u64>,
+    /// Digest of the scene's own scripts when the scene was read; `None` if it has none.
     of_scene: Option<u64>,
-    /// The properties of the detection volume that exist for each kind of sensor. Trying to read others would be slow,
-    /// because the error suggests similar names.
+    /// For each kind of sensor, the properties of the detection volume that it has. Reading others would be slow,
+    /// because the error message suggests similar keys.
     volumes: BTreeMap<String, Vec<Prop>>,
 }
 
 /// The result of a comparison.
 pub enum Found {
+    /// None of the compared objects has changed.
     Nothing,
-    /// Messages with the changed objects.
+    /// The changed objects, as messages: first their meshes and images, then the objects.
     Objects(Vec<Message>),
-    /// The scene must be read again.
+    /// Scripts of the scene itself have changed, so the scene must be read again.
     Scene,
 }
 
 impl Changes {
-    /// Resets the state to that of a scene that was just read.
+    /// Computes all digests for a scene that was just read, and restarts the round.
     pub fn begin(&mut self, turn: &Turn<'_>, p: &Props, whole: &Whole) -> Result {
         self.scripts = scripts(turn, p)?;
         self.of_scene = self.scripts.get(&0).copied();
@@ -61,12 +65,12 @@ impl Changes {
         Ok(())
     }
 
-    /// Returns whether a round through all objects has ended.
+    /// Returns whether the next comparison starts a new round through all objects.
     pub fn is_round(&self) -> bool {
         self.next == 0
     }
 
-    /// Compares the next objects.
+    /// Compares the next objects of the round, and updates `whole` from those that have changed.
     pub fn look(&mut self, turn: &Turn<'_>, p: &Props, whole: &mut Whole) -> Result<Found> {
         if self.is_round() {
             self.scripts = scripts(turn, p)?;
@@ -78,7 +82,7 @@ impl Changes {
         while self.next < whole.ids.len() && work < MOST_WORK {
             let (i, id) = (self.next, whole.ids[self.next]);
             self.next += 1;
-            // Objects removed in the meantime disappear with the next scene.
+            // Objects removed in the meantime disappear with the next scene message.
             let Some((digest, cost)) = self.digest(turn, p, id) else { continue };
             work += cost;
             if self.digests.get(i) == Some(&Some(digest)) {
@@ -100,7 +104,8 @@ impl Changes {
         Ok(Found::Objects(assets.into_values().chain([ToPage::Objects { objects }.message()]).collect()))
     }
 
-    /// Returns the digest of the displayed data of an object, and the work of computing it.
+    /// Returns the digest of an object's displayed data, and the work of computing it; `None` if the object cannot be
+    /// read.
     fn digest(&mut self, turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<(u64, usize)> {
         let mut all = Digest(DefaultHasher::new());
         for prop in [p.alias, p.parent, p.visible, p.layer, p.model_base] {
@@ -138,16 +143,17 @@ impl Changes {
     }
 }
 
-/// Returns the properties of the detection volume that a kind of sensor has.
+/// Returns those properties of the detection volume that sensors of this kind have, tested on the sensor `id`.
 fn volume_keys(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Vec<Prop> {
     let all = scene::VOLUME.iter().map(|name| turn.host().prop(&format!("{kind}.{name}")));
     all.filter(|prop| turn.get(id, *prop).is_ok()).collect()
 }
 
-/// A hasher for values.
+/// A hasher for property values.
 struct Digest(DefaultHasher);
 
 impl Digest {
+    /// Adds the value of a property; a property that cannot be read counts as nil.
     fn value(&mut self, turn: &Turn<'_>, id: tatu_object, prop: Prop) {
         let value = turn.get(id, prop).unwrap_or(ValueRef::NIL);
         if let Some(bytes) = value.as_bytes() {
@@ -163,7 +169,7 @@ impl Digest {
     }
 }
 
-/// Returns digests of the scripts of each object that has scripts, by its slot.
+/// Returns a digest of the scripts of each object that has any, by the handle of the object; 0: the scene.
 fn scripts(turn: &Turn<'_>, p: &Props) -> Result<BTreeMap<u32, u64>> {
     let mut all = BTreeMap::<u32, Digest>::new();
     for script in turn.scripts(0)? {

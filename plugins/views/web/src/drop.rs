@@ -1,4 +1,5 @@
-//! Files that are dropped on the page. They arrive in parts, are stored in a separate folder, and never replace a file.
+//! Receives files that are dropped on the page. They arrive in parts, are stored in a separate folder, and never
+//! replace an existing file.
 
 use std::path::Path;
 
@@ -8,53 +9,62 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Turn},
 };
 
-/// Name of the folder, within the one in which scripts open files.
+/// Name of the folder for dropped files, within the folder in which scripts may open files.
 const FOLDER: &str = "dropped";
-/// Allowed extensions of a file on its own, and of those that come with a scene.
+/// Allowed extensions of a single file, and of the files that are dropped together with a scene.
 const ENDINGS: &[&str] = &["toml", "ttt", "ttm", "urdf"];
 const ENDINGS_WITH_SCENE: &[&str] = &[
     "toml", "ttt", "ttm", "urdf", "xacro", "lua", "obj", "mtl", "stl", "ply", "dae", "png", "jpg", "jpeg", "svg",
     "csv", "json", "txt", "md",
 ];
-/// Limits on the size of a file, the length of its name, and the number of files with the same name.
+/// Maximum size of a file, bytes.
 const MOST: usize = 64 << 20;
+/// Maximum length of a file or folder name, bytes.
 const LONGEST: usize = 100;
+/// Maximum number of files, or of folders, that differ only in the appended number.
 const MOST_ALIKE: usize = 1000;
-/// Limits on the number of files in a folder, their total size in bytes, and their depth.
+/// Maximum number of files in a folder.
 const MOST_FILES: usize = 1000;
+/// Maximum total size of the files in a folder, bytes.
 const MOST_TOGETHER: usize = 256 << 20;
+/// Maximum number of components of a file's path within its folder, including the name of the file.
 const DEEPEST: usize = 8;
 
-/// Checks a name without folders.
+/// Checks the name of a single file or folder, which must not be a path.
 fn check(name: &str) -> Result {
     let plain = |c: char| c.is_alphanumeric() || " ._-()+".contains(c);
     if name.is_empty() || name.len() > LONGEST || name.starts_with('.') || !name.chars().all(plain) {
         return Err(Fail::argument(format!(
-            "`{name}` is not a valid file name: it may have letters, digits, spaces and . _ - ( ) +, and at most {LONGEST} bytes"
+            "`{name}` is not a valid file name: expected 1 to {LONGEST} bytes, only letters, digits, spaces and \
+             the characters . _ - ( ) +, and no period at the start"
         )));
     }
     Ok(())
 }
 
-/// Checks the extension of a name.
+/// Checks that the extension of a file name is one of `endings`; case does not matter.
 fn check_ending(name: &str, endings: &[&str]) -> Result {
     let ending = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
     if endings.contains(&ending.as_str()) {
         return Ok(());
     }
     let expected = endings.join(", ");
-    Err(Fail::argument(format!("`{name}` is not accepted: expected a name that ends with {expected}")))
+    Err(Fail::argument(format!("`{name}` does not have an accepted file extension: expected one of {expected}")))
 }
 
-/// A new folder for a scene and its files.
+/// A folder for a scene and its files, which are dropped together.
 pub struct Folder {
+    /// Path of the folder, relative to the folder in which scripts may open files.
     name: String,
+    /// Number of files started so far.
     files: usize,
+    /// Total size of the files received so far.
     bytes: usize,
 }
 
 impl Folder {
-    /// Finds a free name for the folder, based on `name`, which must not contain folders.
+    /// Chooses an unused name for the folder, based on `name`, which must not be a path. The folder itself is created
+    /// with its first file.
     pub fn new(turn: &Turn<'_>, name: &str) -> Result<Folder> {
         check(name)?;
         for n in 1..=MOST_ALIKE {
@@ -64,42 +74,52 @@ impl Folder {
                 return Ok(Folder { name, files: 0, bytes: 0 });
             }
         }
-        Err(Fail::new(format!("there are already {MOST_ALIKE} folders named `{name}`")).help("remove some of them"))
+        Err(Fail::new(format!("there are already {MOST_ALIKE} folders named `{name}` in `{FOLDER}`"))
+            .help("remove some of them"))
     }
 
-    /// Returns the name of the folder for commands.
+    /// Returns the path of the folder, as commands and scripts use it.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Starts a file in the folder; its name may contain folders.
+    /// Starts a file in the folder; `name` may be a path with subfolders.
     pub fn file(&mut self, name: &str) -> Result<Dropped> {
         let parts: Vec<&str> = name.split('/').collect();
         if parts.len() > DEEPEST {
-            return Err(Fail::argument(format!("`{name}` is too deep: expected at most {DEEPEST} folders")));
+            return Err(Fail::argument(format!(
+                "`{name}` has too many folders: expected at most {DEEPEST} path components, including the file name"
+            )));
         }
         parts.iter().try_for_each(|part| check(part))?;
         check_ending(name, ENDINGS_WITH_SCENE)?;
         self.files += 1;
         if self.files > MOST_FILES {
-            return Err(Fail::argument(format!("`{}` has more than {MOST_FILES} files", self.name)));
+            return Err(Fail::argument(format!(
+                "too many files for the folder `{}`: expected at most {MOST_FILES}",
+                self.name
+            )));
         }
         Ok(Dropped { name: name.to_owned(), folder: self.name.clone(), bytes: Vec::new() })
     }
 
-    /// Adds a received file to the totals. Fails if they exceed the limits.
+    /// Adds the size of a received file to the total if the file is in this folder. Fails if the total exceeds the
+    /// limit.
     pub fn count(&mut self, file: &Dropped) -> Result {
         if file.folder == self.name {
             self.bytes += file.bytes.len();
         }
         if self.bytes > MOST_TOGETHER {
-            return Err(Fail::argument(format!("the files of `{}` have more than {MOST_TOGETHER} bytes", self.name)));
+            return Err(Fail::argument(format!(
+                "the files in `{}` are too large: expected at most {MOST_TOGETHER} bytes in total",
+                self.name
+            )));
         }
         Ok(())
     }
 }
 
-/// A partially received file.
+/// A file that is being received.
 pub struct Dropped {
     name: String,
     folder: String,
@@ -107,27 +127,29 @@ pub struct Dropped {
 }
 
 impl Dropped {
-    /// Starts a file; its name must not contain folders.
+    /// Starts a single file; `name` must not be a path.
     pub fn new(name: &str) -> Result<Dropped> {
         check(name)?;
         check_ending(name, ENDINGS)?;
         Ok(Dropped { name: name.to_owned(), folder: FOLDER.to_owned(), bytes: Vec::new() })
     }
 
-    /// Adds a part.
+    /// Appends a part of the file, which is encoded in base64.
     pub fn take(&mut self, part: &str) -> Result {
-        let bytes = STANDARD.decode(part).map_err(|_| Fail::argument("expected part of a file in base64"))?;
+        let bytes =
+            STANDARD.decode(part).map_err(|_| Fail::argument("a part of a dropped file is not valid base64"))?;
         if self.bytes.len() + bytes.len() > MOST {
-            return Err(Fail::argument(format!("`{}` is larger than {MOST} bytes", self.name)));
+            return Err(Fail::argument(format!("`{}` is too large: expected at most {MOST} bytes", self.name)));
         }
         self.bytes.extend(bytes);
         Ok(())
     }
 
-    /// Writes the file; returns its name for commands.
+    /// Writes the file and returns its path, as commands and scripts use it. A single file gets a number appended to
+    /// its name if the name is in use.
     pub fn write(self, turn: &Turn<'_>) -> Result<String> {
         let (stem, ending) = self.name.rsplit_once('.').unwrap_or((&self.name, ""));
-        // Files of a scene refer to each other, so they are not renamed.
+        // Files of a scene refer to each other by name, so they must not be renamed.
         let most = if self.folder == FOLDER { MOST_ALIKE } else { 1 };
         for n in 1..=most {
             let name = if n == 1 { self.name.clone() } else { format!("{stem}-{n}.{ending}") };
@@ -142,7 +164,7 @@ impl Dropped {
                 Err(e) => Err(Fail::new(format!("`{name}` cannot be written: {e}"))),
             };
         }
-        Err(Fail::new(format!("there are already {MOST_ALIKE} files named `{}`", self.name)))
+        Err(Fail::new(format!("there are already {MOST_ALIKE} files named `{}` in `{FOLDER}`", self.name)))
     }
 }
 

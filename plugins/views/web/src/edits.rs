@@ -1,4 +1,5 @@
-//! The state of edits to the scene, as shown by the page, and backup copies of unsaved edits.
+//! Tracks the edits of the scene for the page: undo, redo and unsaved changes. Also writes backup copies of unsaved
+//! edits.
 
 use std::{
     path::Path,
@@ -12,23 +13,25 @@ use tatu_plugin_api::{
 
 use crate::{gallery::comes_with_program, protocol::Edits};
 
-/// The event that reports an edit.
+/// The name of the event that reports an edit of the scene.
 pub(crate) const EVENT: &str = "edited";
-/// Minimum interval between copies of unsaved edits.
+/// Minimum interval between two backup copies of unsaved edits.
 const COPIES: Duration = Duration::from_secs(3);
-/// Time after which the state of the edits is read again, because another program may have written or removed the
-/// files.
+/// Time after which the state of the edits is read again, because another program may have written or removed the file
+/// of the scene.
 const FRESH: Duration = Duration::from_secs(1);
 
 /// The last known state of the edits, and the time of the last copy.
 #[derive(Default)]
 pub(crate) struct Known {
     edits: Edits,
+    /// Time at which `edits` was read; `None` if it must be read again.
     read: Option<Instant>,
-    /// Whether there were edits since the last copy.
+    /// Whether the scene was edited since the last copy.
     copy_due: bool,
+    /// Time of the last copy.
     copied: Option<Instant>,
-    /// Whether a failure to write a copy was reported.
+    /// Whether a failure to write a copy has been reported; later failures are not.
     told: bool,
 }
 
@@ -38,12 +41,12 @@ impl Known {
         (self.read, self.copy_due) = (None, true);
     }
 
-    /// Records that files of the scene may have changed.
+    /// Records that the file of the scene may have been written or removed.
     pub(crate) fn look_again(&mut self) {
         self.read = None;
     }
 
-    /// Returns the state of the edits.
+    /// Returns the state of the edits, which is up to a second old.
     pub(crate) fn read(&mut self, turn: &Turn<'_>) -> Edits {
         if self.read.is_none_or(|at| at.elapsed() >= FRESH) {
             self.edits = turn.edits().map(edits).unwrap_or_default();
@@ -52,7 +55,7 @@ impl Known {
         self.edits.clone()
     }
 
-    /// Writes a copy of unsaved edits if one is due. Does nothing if there were no edits since the last copy.
+    /// Writes a copy of unsaved edits if the scene was edited since the last copy and the interval has passed.
     pub(crate) fn keep(&mut self, turn: &Turn<'_>) {
         if !self.copy_due || self.copied.is_some_and(|at| at.elapsed() < COPIES) {
             return;
@@ -61,7 +64,10 @@ impl Known {
         if let Err(fail) = turn.copy_edits()
             && !std::mem::replace(&mut self.told, true)
         {
-            let text = format!("unsaved edits would be lost if the program ended unexpectedly: {}", fail.text());
+            let text = format!(
+                "unsaved edits will be lost if the program crashes, because no copy of them can be written: {}",
+                fail.text()
+            );
             turn.log(TATU_LOG_WARNING, text.as_bytes());
         }
     }
@@ -71,7 +77,7 @@ fn edits(told: ValueRef<'_>) -> Edits {
     let last = |key: &str| Some(told.get(key)?.list()?.last()?.as_str()?.into_owned());
     let is = |key: &str| told.get(key).is_some_and(|v| v.truthy());
     let file = told.get("file").and_then(|v| v.as_str()).map(|s| s.into_owned()).unwrap_or_default();
-    // A scene that comes with the program must be saved under another name.
+    // Files that come with the program must not be overwritten, so the scene must be saved under another name.
     let is_ours = comes_with_program(Path::new(&file));
     Edits {
         undo: last("undo"),

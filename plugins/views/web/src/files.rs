@@ -1,4 +1,4 @@
-//! The files of the embedded page.
+//! Serves the embedded files of the page.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use sha2::{Digest, Sha256};
@@ -6,10 +6,10 @@ use tatu_services_common::listener::Page;
 
 include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
-/// Placeholder of the import map in the page.
+/// Placeholder in `index.html` for the import map.
 const MAP: &str = "<!-- import map -->";
 
-/// Returns the file at a path.
+/// Returns the embedded file for the path of a request, or `None` if there is none.
 pub fn page(path: &str) -> Option<Page> {
     answer(path, WHOLE)
 }
@@ -29,7 +29,8 @@ fn answer(path: &str, whole: bool) -> Option<Page> {
     Some((kind, text.into_bytes(), vec![("Content-Security-Policy", policy())]))
 }
 
-/// Modules that are not preloaded: those of films, and those of the editor, which is loaded when a script is opened.
+/// Prefixes of modules that are not preloaded: those of films, and those of the script editor, which are loaded when a
+/// script is opened.
 const LATER: &[&str] = &[
     "/page/film",
     "/page/editing.js",
@@ -41,8 +42,8 @@ const LATER: &[&str] = &[
     "/lib/w3c-keyname",
 ];
 
-/// Returns preload tags for all modules. Otherwise, the browser would discover them one after another while following
-/// imports.
+/// Returns preload tags for all other modules. Without them, the browser would discover one module after another by
+/// following imports.
 fn preloads() -> String {
     let later = |path: &&str| LATER.iter().any(|start| path.starts_with(start));
     let modules = FILES.iter().map(|(path, _, _)| *path).filter(|path| path.ends_with(".js") && !later(path));
@@ -54,8 +55,8 @@ const MISSING: &str = "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-
     <p id=\"missing\">This program was built without the libraries of its page: install <code>npm</code>, and build the \
     program again.</p>\n</html>\n";
 
-/// Returns the content security policy: scripts must come from this server; the inline import map is allowed by its
-/// hash.
+/// Returns the content security policy of the page. Scripts must come from this server; the inline import map is
+/// allowed by its hash.
 fn policy() -> String {
     let sum = STANDARD.encode(Sha256::digest(IMPORT_MAP.as_bytes()));
     format!(

@@ -1,4 +1,4 @@
-//! Films: writes a recorded run as a page that needs no server.
+//! The service `film`, which records a run and writes it as a page that plays without a server.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -21,10 +21,11 @@ use crate::{
 /// Maximum compressed size of a recording, bytes.
 const MOST: usize = 500 << 20;
 
-/// The service.
+/// The service `film`.
 pub struct Film {
     p: Props,
     session: Session,
+    /// The page to be written.
     file: PathBuf,
     recorder: RefCell<Recorder>,
 }
@@ -32,17 +33,17 @@ pub struct Film {
 impl Service for Film {
     type Plugin = WebPage;
     const ID: &'static str = "film";
-    const TEXT: &'static str = "Records a run, and writes a page that plays the recording without the program.";
+    const TEXT: &'static str = "Records a run and writes it as a page that plays the recording without the program.";
     const EVENTS: &'static [&'static str] = EVENTS;
 
     fn params() -> Vec<Param> {
-        vec![Param::string("page").text("file name of the page that is written when the run ends")]
+        vec![Param::string("page").text("path of the page, which is written when the run ends")]
     }
 
     fn start(plugin: &WebPage, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let file = PathBuf::from(params.string("page")?);
         film_page::check()?;
-        // If the file cannot be written, this is reported before the run starts.
+        // Creates the file now, so that an invalid path is reported before the run and not after it.
         let made = File::options().append(true).create(true).open(&file);
         made.map_err(|e| Fail::new(format!("the file `{}` could not be created: {e}", file.display())))?;
         Ok(Film { p: plugin.p, session, file, recorder: RefCell::new(Recorder::new(MOST)) })
@@ -64,7 +65,7 @@ impl Service for Film {
     }
 }
 
-/// Writes the film if the session ends before the world was stopped.
+/// Writes the film if the session ends before the world is stopped.
 impl Drop for Film {
     fn drop(&mut self) {
         if let Ok(mut recorder) = self.recorder.try_borrow_mut() {
@@ -78,6 +79,7 @@ impl Film {
         self.recorder.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the film is in use"))
     }
 
+    /// Writes the page of the finished recording, if there is one, and logs errors.
     fn write(&self, recorder: &mut Recorder) {
         let Some(recording) = recorder.finish() else { return };
         let file = self.file.display();
@@ -85,7 +87,8 @@ impl Film {
         match (done, recorder.full_at()) {
             (Err(e), _) => self.session.log(TATU_LOG_ERROR, &format!("the film `{file}` could not be written: {e}")),
             (Ok(()), Some(time)) => {
-                let text = format!("the film `{file}` ends at {time:.1} s: no more than {MOST} bytes are recorded");
+                let text =
+                    format!("the film `{file}` ends at {time:.1} s, because a recording is limited to {MOST} bytes");
                 self.session.log(TATU_LOG_WARNING, &text);
             }
             (Ok(()), None) => {}

@@ -1,5 +1,5 @@
-//! The page of a film, a single file. Its modules are `data:` URLs in the import map and import each other by bare
-//! names, because a page opened from disk cannot import modules by path.
+//! Builds the page of a film as a single file. Its modules are `data:` URLs in the import map and import each other by
+//! bare specifiers, because a page opened from disk cannot import modules by path.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Map, json};
@@ -7,37 +7,39 @@ use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::files::{FILES, WHOLE};
 
-/// Modules that the live page also has, and modules that replace others.
+/// Modules that the film shares with the live page.
 const SAME: &[&str] = &[
     "dom", "icons", "calls", "geometry", "parse", "wants", "store", "tree", "output", "light", "plain", "view",
     "looking", "objects", "crowd", "surfaces", "sensing", "volumes", "drawings", "plot",
 ];
+/// Modules that differ from those of the live page: the specifier, and the module that it resolves to.
 const OTHER: &[(&str, &str)] =
     &[("net", "film_net"), ("film_net", "film_net"), ("editor", "film_script"), ("film", "film")];
-/// Libraries: the name by which modules import them, and the file.
+/// The libraries: the specifier by which modules import each of them, and the path of its embedded file.
 const LIBRARIES: &[(&str, &str)] = &[
     ("three", "/lib/three/build/three.module.min.js"),
     ("three/core", "/lib/three/build/three.core.min.js"),
     ("three/controls", "/lib/three/examples/jsm/controls/OrbitControls.js"),
 ];
-/// Relative path by which one library imports another, and the bare name that replaces it.
+/// The relative import of `three.core` in `three`, and the bare specifier that replaces it.
 const BESIDE: (&str, &str) = ("\"./three.core.min.js\"", "\"three/core\"");
 
-/// Checks that films can be created.
+/// Fails if the libraries, which a film needs, are not embedded in this program.
 pub fn check() -> Result {
     if WHOLE {
         return Ok(());
     }
-    Err(Fail::unsupported("this program was built without the libraries of its page, which films require")
+    Err(Fail::unsupported("films are not available, because this program was built without the libraries of its page")
         .help("install npm, and build the program again"))
 }
 
+/// Returns the content of an embedded file as text; empty if there is no such file.
 fn file(path: &str) -> String {
     let found = FILES.iter().find(|(name, _, _)| *name == path);
     String::from_utf8_lossy(found.map_or(&[][..], |f| f.2)).into_owned()
 }
 
-/// Builds the page with a compressed recording.
+/// Builds the page of a film from a recording that is compressed with gzip.
 pub fn page(recording: &[u8]) -> String {
     let mut imports = Map::new();
     let mut put = |name: String, text: String| {

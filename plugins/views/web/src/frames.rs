@@ -1,8 +1,13 @@
-//! Changes since the last message to a client: positions to 0.1 mm, quaternions to 1/32767, joint positions as f32.
+//! Encodes the motion of objects and joints since the last frame that a client received. Positions are rounded to 0.1
+//! mm, quaternions to 1/32767, and joint positions to f32.
 //!
-//! A frame: 1, version 1, two bytes, step as u32, time as f64, count as u32, then the entries. An entry begins with a
-//! u32: the handle in its low 24 bits, and above it the type of the data that follow: 0 pose in the parent's frame
-//! (three i32 in 0.1 mm, four i16), 1 position of a joint (f32, rad or m), 2 rotation of a spherical joint (four i16).
+//! A frame consists of a byte 1 (frame), a byte 1 (version), two unused bytes, the step as u32, the simulation time in
+//! s as f64, the number of entries as u32, and the entries, all in little-endian order. An entry starts with its key, a
+//! u32: the handle of the object in the low 24 bits, and the type of the data that follow in the high 8 bits.
+//!
+//! - Type 0: pose in the parent's frame (position as three i32 in units of 0.1 mm, quaternion as four i16);
+//! - type 1: position of a joint (f32, rad or m);
+//! - type 2: rotation of a spherical joint (quaternion as four i16).
 
 use std::collections::BTreeMap;
 
@@ -14,19 +19,21 @@ use tatu_services_common::outbox::Message;
 
 use crate::{plugin::Props, scene::Whole};
 
+/// First byte of a frame.
 const FRAME: u8 = 1;
-/// Units of a position per metre: 0.1 mm.
+/// Number of position units per metre; a unit is 0.1 mm.
 const UNITS: f64 = 1e4;
 
-/// An encoded entry: its key (handle and type), its bytes, and their number.
+/// An encoded entry: its key, its data, and the number of data bytes that are used.
 pub type Entry = (u32, [u8; 20], u8);
 
-/// The current state of all objects.
+/// The encoded poses and joint positions of all objects.
 #[derive(Default)]
 pub struct Now {
     entries: Vec<Entry>,
 }
 
+/// Writes a quaternion as four i16 in units of 1/32767.
 fn turned(q: &[f64], out: &mut [u8]) {
     for (x, place) in q.iter().zip(out.chunks_exact_mut(2)) {
         place.copy_from_slice(&((x * 32767.0).round() as i16).to_le_bytes());
@@ -34,7 +41,7 @@ fn turned(q: &[f64], out: &mut [u8]) {
 }
 
 impl Now {
-    /// Reads the state of all objects of a scene.
+    /// Reads and encodes the current poses and joint positions.
     pub fn read(turn: &Turn<'_>, p: &Props, whole: &Whole) -> Result<Now> {
         let mut entries = Vec::with_capacity(whole.ids.len() + whole.joints.len());
         for &id in &whole.ids {
@@ -62,7 +69,8 @@ impl Now {
         Ok(Now { entries })
     }
 
-    /// Returns a frame with what has changed since the client's last frame, and updates `known`.
+    /// Returns a frame with the entries that differ from `known`, which contains the last entries sent to the client,
+    /// and updates `known`.
     pub fn since(&self, known: &mut BTreeMap<u32, [u8; 20]>, step: u64, time: f64) -> Message {
         let mut out = head(step, time);
         let mut count = 0_u32;
@@ -79,7 +87,8 @@ impl Now {
     }
 }
 
-/// Returns the differences in full precision: types 3, 4 and 5 of entries are types 0, 1 and 2 as f64.
+/// Returns a frame with the entries that differ from `known` in full precision, and updates `known`. Entries of types
+/// 3, 4 and 5 contain the data of types 0, 1 and 2 as f64.
 pub fn exact(
     turn: &Turn<'_>,
     p: &Props,
@@ -117,7 +126,7 @@ pub fn exact(
     Message::Binary(out.into())
 }
 
-/// Returns the head of a frame, whose last four bytes count its entries.
+/// Returns the header of a frame. The number of entries in its last four bytes is 0 and must be set later.
 fn head(step: u64, time: f64) -> Vec<u8> {
     let mut out = vec![FRAME, 1, 0, 0];
     out.extend_from_slice(&(step as u32).to_le_bytes());
@@ -126,7 +135,7 @@ fn head(step: u64, time: f64) -> Vec<u8> {
     out
 }
 
-/// Converts a handle from a client to an object id.
+/// Converts a handle from a client to an object id, which refers to whatever object now has that handle.
 pub fn object(n: u32) -> tatu_object {
     tatu_object::from(n) & TATU_SLOT_BITS
 }

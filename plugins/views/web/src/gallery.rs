@@ -1,5 +1,5 @@
-//! The scenes that the page offers: recent ones, those in the working folder and its folders `scenes` and `models`, and
-//! those that come with the program.
+//! Lists the scenes that the page offers: recent scenes, those in the working folder and its subfolders `scenes` and
+//! `models`, and those that come with the program.
 
 use std::{
     collections::BTreeSet,
@@ -12,25 +12,27 @@ use tatu_plugin_api::safe::{folders_beside, open_plain, program_file, read_plain
 
 use crate::protocol::{SceneFile, Section, ToPage};
 
-/// Maximum number of files per section.
+/// Maximum number of scenes in the working folder, and in each folder that is searched.
 const MOST_FILES: usize = 500;
-/// Maximum depth of the folders that are searched.
+/// Maximum depth of a folder search; 1 is the folder itself.
 const DEPTH: usize = 3;
-/// Limits on the size of a scene file whose first comment is read, and on the comment.
+/// Maximum size of a scene file, bytes; the first comment of a larger file is not read.
 const MOST_SCENE: u64 = 256 << 20;
+/// Number of bytes at the beginning of a scene file that are searched for its first comment.
 const MOST_ABOUT: u64 = 4 << 10;
-/// Maximum size of the picture of a scene, bytes.
+/// Maximum size of the PNG picture of a scene, bytes.
 pub(crate) const MOST_PICTURE: u64 = 64 << 10;
-/// Folders with scenes, in the working folder and with the program.
+/// Name of a folder with scenes, in the working folder and beside the program.
 const SCENES: &str = "scenes";
+/// Name of a folder with models and their demos, in the working folder and beside the program.
 const MODELS: &str = "models";
-/// The scene that shows a model.
+/// Name of the scene file that demonstrates a model.
 const DEMO: &str = "demo.toml";
-/// Beginning of the sentence, in the first comment of a scene, that says what to try.
+/// Prefix of the sentence in a scene's first comment that suggests what to try.
 const TRY: &str = "Try:";
 
-/// Returns the list for the page. `recent` has scenes, the most recent one first, each with a picture that replaces the
-/// scene's own.
+/// Returns the list of scenes for the page. `recent` contains the recent scenes, the latest one first, each with an
+/// optional picture that replaces the scene's own picture.
 pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> ToPage {
     let program = program();
     let mut out: Vec<SceneFile> = Vec::new();
@@ -50,7 +52,7 @@ pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> ToPage {
     ToPage::Files { files: out, folder: folder.unwrap_or_default() }
 }
 
-/// Returns whether a scene comes with the program: the page may open it, wherever it is.
+/// Returns whether a file is a scene that comes with the program. The page may open such a scene in any folder.
 pub(crate) fn comes_with_program(path: &Path) -> bool {
     path.components().all(|part| part != Component::ParentDir)
         && program().iter().any(|folder| path.starts_with(folder))
@@ -58,25 +60,25 @@ pub(crate) fn comes_with_program(path: &Path) -> bool {
         && is_of_program(path)
 }
 
-/// Returns whether a path is a scene file. Pipes, devices and folders with such an extension cannot be opened.
+/// Returns whether a path is a regular file with the extension of a scene or model.
 pub(crate) fn is_scene(path: &Path) -> bool {
     path.is_file() && matches!(path.extension().and_then(|e| e.to_str()), Some("ttt" | "ttm" | "urdf" | "toml"))
 }
 
-/// Returns whether a file of the program is shown as a scene: of a model's files, only the demo is.
+/// Returns whether a file that comes with the program is shown as a scene. Of a model's files, only the demo is shown.
 fn is_of_program(path: &Path) -> bool {
     let mut above = path.ancestors().skip(2);
     above.next().and_then(Path::file_name).is_none_or(|name| name != MODELS) || path.ends_with(DEMO)
 }
 
-/// Returns the folders with scenes that come with the program and exist.
+/// Returns the existing folders of scenes and models that come with the program.
 fn program() -> Vec<PathBuf> {
     let Some(program) = program_file() else { return Vec::new() };
     let both = [SCENES, MODELS].iter().flat_map(|name| folders_beside(&program, name));
     both.filter(|folder| folder.is_dir()).collect()
 }
 
-/// Returns the scenes of the working folder, without folders that are `known`.
+/// Returns the scenes of the working folder and its subfolders; folders in `known` are skipped.
 fn own(known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
     let here = sorted(Path::new("."));
     // `.toml` files in the working folder itself are often not scenes.
@@ -89,12 +91,12 @@ fn own(known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
     out
 }
 
-/// Returns the scenes in a folder and in its subfolders, without folders that are `known`.
+/// Returns the scenes in a folder and its subfolders; folders in `known` are skipped.
 fn below(folder: &Path, known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
     let mut out = Vec::new();
     let mut open = vec![(folder.to_owned(), 1)];
     while let Some((folder, depth)) = open.pop() {
-        // Links are skipped, since a link to a parent folder would list scenes several times.
+        // Symbolic links are skipped, because a link to a parent folder would list scenes several times.
         if folder.is_symlink() || folder.canonicalize().is_ok_and(|real| known.contains(&real)) {
             continue;
         }
@@ -109,7 +111,7 @@ fn below(folder: &Path, known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
     out
 }
 
-/// Returns the visible entries of a folder.
+/// Returns the entries of a folder that are not hidden, sorted by path; empty if the folder cannot be read.
 fn sorted(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
     let is_visible = |p: &PathBuf| p.file_name().is_some_and(|n| !n.to_string_lossy().starts_with('.'));
@@ -118,7 +120,8 @@ fn sorted(folder: &Path) -> Vec<PathBuf> {
     entries
 }
 
-/// Returns the entry for a scene; `file` is the name by which the page opens it.
+/// Returns the gallery entry of the scene at `path`. The page opens the scene by `file`; `picture` replaces the picture
+/// beside the scene file.
 fn card(section: Section, path: &Path, file: &str, picture: Option<&[u8]>) -> SceneFile {
     let comment = beginning(path).map(|text| Comment::read(&text)).unwrap_or_default();
     let picture = picture.map(<[u8]>::to_vec).or_else(|| read_plain(&path.with_extension("png"), MOST_PICTURE).ok());
@@ -131,11 +134,11 @@ pub(crate) fn is_png(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\x89PNG\r\n\x1a\n")
 }
 
-/// Returns the beginning of a scene file, as text.
+/// Returns the complete lines at the beginning of a scene file, or `None` if they cannot be read or are not UTF-8.
 fn beginning(scene: &Path) -> Option<String> {
     let mut bytes = Vec::new();
     open_plain(scene, MOST_SCENE).ok()?.take(MOST_ABOUT).read_to_end(&mut bytes).ok()?;
-    // The last line may be incomplete.
+    // The last line may be cut off.
     let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |end| end + 1);
     std::str::from_utf8(&bytes[..whole]).ok().map(str::to_owned)
 }
@@ -143,13 +146,14 @@ fn beginning(scene: &Path) -> Option<String> {
 /// The comment at the beginning of a scene file.
 #[derive(Debug, Default, PartialEq)]
 struct Comment {
-    /// A description of the scene: the first paragraph.
+    /// The description of the scene: the first paragraph up to `Try:`.
     about: String,
-    /// What to try in the page: from `Try:` to the end of a paragraph.
+    /// The suggestion of what to try: the text from `Try:` to the end of its paragraph.
     to_try: String,
 }
 
 impl Comment {
+    /// Parses the comment at the beginning of a scene file's text.
     fn read(text: &str) -> Comment {
         let lines: Vec<&str> =
             text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches('#').trim()).collect();

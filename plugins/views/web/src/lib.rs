@@ -1,17 +1,18 @@
 //! A web page that shows a world and controls it. `docs/reference/web-stream.md` describes the protocol.
 //!
-//! - `service`: the barrier; `show`: messages to clients; `acts`: requests of clients; `drop`: files dropped on the
-//!   page;
-//! - `scene`: the scene as a whole; `frames`: changes since; `readings`: data of sensors, drawings and graphs;
-//! - `changes`: objects with changes other than motion;
+//! - `service`: the service and its work at each barrier; `show`: messages to clients; `acts`: requests from clients;
+//!   `drop`: files dropped on the page;
+//! - `scene`: the complete scene; `frames`: motion of its objects; `changes`: all other changes of objects; `readings`:
+//!   data of sensors, drawings and graphs;
 //! - `protocol`: the types of all text messages;
-//! - `edits`: the state of undo and redo, and copies of unsaved edits;
+//! - `edits`: the state of undo and redo, and backup copies of unsaved edits;
 //! - `gallery`: the scenes that the page offers; `recent`: recently shown scenes, stored for later runs;
-//! - `lists`: lists built once for all clients, and limits on requests; `opened`: passes the address to a browser;
-//! - `plugin`: the plugin, and interned property keys; `windows`: windows of scripts; `pace`: real-time factor;
-//!   `files`: the page itself;
-//! - `watch`: values that clients watch in each step;
-//! - `recorder`: records a run; `film`: a service that does so; `film_page`: the page that plays a recording from a file.
+//! - `lists`: lists shared by all clients, and the rate limit of requests; `opened`: passes the address to a browser;
+//! - `plugin`: the plugin, and interned property keys; `windows`: windows of scripts; `pace`: the speed relative to
+//!   real time; `files`: the embedded files of the page;
+//! - `overlays`: contacts, centres of mass and velocities; `watch`: values that clients request for each step;
+//! - `recorder`: records a run; `film`: the service that writes a recording to a file; `film_page`: the page that plays
+//!   it.
 
 mod acts;
 mod changes;

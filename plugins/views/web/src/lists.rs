@@ -1,4 +1,4 @@
-//! Long lists that clients request, built once for all of them; and limits on the requests of a client.
+//! Caches long lists that clients request, and limits the rate of requests.
 
 use std::time::{Duration, Instant};
 
@@ -7,23 +7,24 @@ use tatu_services_common::outbox::Utf8Bytes;
 
 use crate::{acts, gallery, recent::Recent};
 
-/// How long a list is reused before it is built again.
+/// Time for which a list is reused before it is built again.
 const FRESH: Duration = Duration::from_secs(1);
 
-/// The lists, as messages.
+/// The cached lists, as JSON messages with the time at which they were built.
 #[derive(Default)]
 pub(crate) struct Lists {
     commands: Option<(Instant, Utf8Bytes)>,
-    /// The list of scenes for viewers.
+    /// The list of scenes for clients with view rights only, without recent scenes.
     files: Option<(Instant, Utf8Bytes)>,
 }
 
 impl Lists {
-    /// Returns the list of all commands; if `anew` is set, rebuilds it even if it is recent.
+    /// Returns the list of all commands. Rebuilds it if it is too old or if `anew` is set.
     pub(crate) fn commands(&mut self, turn: &Turn<'_>, anew: bool) -> Utf8Bytes {
         kept(&mut self.commands, anew, || acts::commands(turn).text())
     }
-    /// Returns the list of scenes. It contains recently opened scenes only for clients with control rights.
+    /// Returns the list of scenes. If `recent` is given, as for clients with control rights, the list contains these
+    /// scenes and is always rebuilt.
     pub(crate) fn files(&mut self, recent: Option<&Recent>) -> Utf8Bytes {
         match recent {
             Some(recent) => gallery::list(&recent.all()).text().into(),
@@ -32,6 +33,7 @@ impl Lists {
     }
 }
 
+/// Returns the cached list, or builds it again if it is too old or if `anew` is set.
 fn kept(list: &mut Option<(Instant, Utf8Bytes)>, anew: bool, make: impl FnOnce() -> String) -> Utf8Bytes {
     match list {
         Some((made, text)) if !anew && made.elapsed() < FRESH => text.clone(),
@@ -43,19 +45,22 @@ fn kept(list: &mut Option<(Instant, Utf8Bytes)>, anew: bool, make: impl FnOnce()
     }
 }
 
-/// Rate limit of a client with view rights: the number of small answers at once, and per second. Further requests wait
-/// in its inbox; a client whose inbox is full is disconnected.
+/// Rate limit of a client with view rights only: the number of small answers per second, and in a burst. Further
+/// requests wait in the client's inbox; a client with a full inbox is disconnected.
 const AT_ONCE: f64 = 50.0;
-/// Cost of a list, in small answers.
+/// Cost of a list, as a number of small answers.
 const LIST: f64 = 25.0;
 
-/// The remaining requests of a client.
+/// The requests that a client may still make.
 pub(crate) struct Allowance {
+    /// Remaining requests, as a number of small answers; negative after an expensive request.
     left: f64,
+    /// Time at which `left` was updated.
     at: Instant,
 }
 
 impl Allowance {
+    /// Creates an allowance that permits a full burst.
     pub(crate) fn new() -> Self {
         Allowance { left: AT_ONCE, at: Instant::now() }
     }
@@ -68,7 +73,7 @@ impl Allowance {
         (self.left, self.at) = ((self.left + gained).min(AT_ONCE), now);
         self.left > 0.0
     }
-    /// Charges a request; `list` is set for that of a list.
+    /// Charges a request; `list` is whether its answer is a list.
     pub(crate) fn spend(&mut self, list: bool) {
         self.left -= if list { LIST } else { 1.0 };
     }

@@ -1,6 +1,6 @@
-//! Passes the address to a browser. The token that grants control must not appear in a program's arguments, which every
-//! user of the machine can read. So the browser opens a file, readable only by its owner, that redirects to the
-//! address.
+//! Passes the address of the page to a browser. The address contains the token that grants control, so it must not
+//! appear in the arguments of a process, which every user of the machine can read. Instead, the browser opens a file
+//! that redirects to the address and that only its owner can read.
 
 use std::{
     fs,
@@ -11,11 +11,11 @@ use std::{
 
 use tatu_services_common::tokens::token;
 
-/// The temporary file, which is removed when this is dropped.
+/// The temporary folder with the redirecting file. Both are removed when this value is dropped.
 pub(crate) struct Opened(PathBuf);
 
 impl Opened {
-    /// Starts a browser that opens the address.
+    /// Writes the file and opens it in the user's browser.
     pub(crate) fn start(url: &str) -> io::Result<Self> {
         let folder = folder()?;
         let opened = Opened(folder);
@@ -33,12 +33,13 @@ impl Opened {
 
 impl Drop for Opened {
     fn drop(&mut self) {
-        // The system may have removed it already.
+        // The system may have removed the folder already.
         let _ = fs::remove_dir_all(&self.0);
     }
 }
 
-/// Creates a folder that only the user can open, in the runtime directory of the login session if there is one.
+/// Creates a folder that only the user can access. It is in the runtime directory of the login session if there is one,
+/// otherwise in the temporary directory.
 fn folder() -> io::Result<PathBuf> {
     let place = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|p| p.is_dir());
     let name = token().map(|t| format!("tatu-{t}"))?;

@@ -1,4 +1,5 @@
-//! Data for overlays, on request: contacts with their forces, centres of mass, and velocities.
+//! Builds the data for overlays that clients have requested: contacts with their forces, and bodies with their masses,
+//! inertias and velocities.
 
 use tatu_plugin_api::{
     abi::*,
@@ -10,13 +11,15 @@ use crate::{
     protocol::{BodyMark, ContactMark, ToPage},
 };
 
-/// Maximum number of contacts, and of bodies, in a message.
+/// Maximum number of contacts in a message, and of bodies.
 const MOST_MARKS: usize = 500;
 
 /// The overlays that a client has requested.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Wanted {
+    /// Contact points and forces.
     pub contacts: bool,
+    /// Centres of mass, inertias and velocities of dynamic shapes.
     pub bodies: bool,
 }
 
@@ -27,7 +30,7 @@ impl Wanted {
     }
 }
 
-/// Returns the message with the requested data.
+/// Returns the message with the requested data; `ids` are the objects of the scene.
 pub fn message(turn: &Turn<'_>, p: &Props, ids: &[tatu_object], wanted: Wanted) -> Result<ToPage> {
     let mut contacts = Vec::new();
     if wanted.contacts {
@@ -35,7 +38,7 @@ pub fn message(turn: &Turn<'_>, p: &Props, ids: &[tatu_object], wanted: Wanted) 
         for (i, contact) in all.iter().take(MOST_MARKS).enumerate() {
             let friction = frictions.get(i).copied().unwrap_or_default();
             let force: [f64; 3] = std::array::from_fn(|k| contact.normal[k] * contact.force + friction[k]);
-            // If only one of the two shapes can move, the force on that shape is shown.
+            // The force is that on the second shape, so a single movable shape is made the second one.
             let [a, b] = contact.shape;
             let turned = moves(turn, p, a) && !moves(turn, p, b);
             contacts.push(ContactMark {
@@ -62,7 +65,7 @@ pub fn message(turn: &Turn<'_>, p: &Props, ids: &[tatu_object], wanted: Wanted) 
     Ok(ToPage::Overlays { contacts, bodies })
 }
 
-/// Returns an inertia as a 3 x 3 matrix by rows. It may be given as three diagonal elements or as nine numbers.
+/// Returns an inertia as a 3 x 3 matrix in row-major order. `numbers` contains the three diagonal elements or all nine.
 fn inertia(numbers: &[f64]) -> [f64; 9] {
     match *numbers {
         [x, y, z] => [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z],
@@ -70,7 +73,7 @@ fn inertia(numbers: &[f64]) -> [f64; 9] {
     }
 }
 
-/// Returns whether an object is a dynamic shape.
+/// Returns whether an object is a dynamic shape, which can move.
 fn moves(turn: &Turn<'_>, p: &Props, id: tatu_object) -> bool {
     let shape = turn.look(id).is_ok_and(|o| o.kind == TATU_KIND_SHAPE);
     shape && turn.get(id, p.dynamic).is_ok_and(|v| v.truthy())

@@ -1,5 +1,5 @@
-//! The pace of simulation time in a world that is shown. The clock only decides when a step is run, and never affects
-//! its results.
+//! Slows the simulation down to a multiple of real time. The clock only determines when a step is run; it never affects
+//! the results of the step.
 
 use std::{
     sync::mpsc::{self, RecvTimeoutError, Sender},
@@ -9,22 +9,24 @@ use std::{
 
 use tatu_plugin_api::safe::Session;
 
-/// Slowest and fastest pace, as multiples of real time.
+/// Minimum and maximum speed, as multiples of real time.
 pub const SPEEDS: (f64, f64) = (0.125, 40.0);
-/// Delays longer than this, s, are not caught up.
+/// Maximum delay that is caught up by running faster, in seconds of real time.
 const LATE: f64 = 0.25;
 
-/// The pace, and a thread that wakes the session when the next step is due.
+/// The speed of the simulation, and a thread that wakes the session when the next step is due.
 pub struct Pace {
-    /// Multiple of real time; 0: as fast as possible.
+    /// Speed as a multiple of real time; 0: as fast as possible.
     pub speed: f64,
+    /// Reference for the pace: a real time, and the simulation time at that moment, s.
     from: Option<(Instant, f64)>,
+    /// Sends the thread the time at which it must wake the session; `None` ends the thread.
     alarm: Option<Sender<Instant>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Pace {
-    /// Creates a pace that begins now.
+    /// Creates a pace and starts its thread.
     pub fn new(speed: f64, session: Session) -> Self {
         let (alarm, due) = mpsc::channel::<Instant>();
         let ring = move || {
@@ -44,11 +46,11 @@ impl Pace {
         let thread = std::thread::Builder::new().name("pace".into()).spawn(ring).ok();
         Pace { speed, from: None, alarm: Some(alarm), thread }
     }
-    /// Restarts the measurement of time: after a pause, a start, or a change of the speed.
+    /// Resets the reference time. Must be called after a pause, a start, or a change of the speed.
     pub fn again(&mut self) {
         self.from = None;
     }
-    /// Returns whether the next step is due; if not, the session is woken when it is.
+    /// Returns whether the step at this simulation time, s, is due. If it is not, the session is woken later.
     pub fn is_due(&mut self, time: f64) -> bool {
         if self.speed <= 0.0 {
             return true;

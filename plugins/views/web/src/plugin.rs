@@ -1,13 +1,14 @@
-//! The plugin, and its interned property keys.
+//! The state of the plugin: interned keys of properties and of fields of readings.
 
 use tatu_plugin_api::safe::{Host, Prop};
 
 macro_rules! props {
     ($($name:ident: $key:literal,)*) => {
-        /// Interned property keys.
+        /// Interned keys of properties and of fields of readings.
         #[derive(Clone, Copy)]
         pub struct Props { $(pub $name: Prop,)* }
         impl Props {
+            /// Interns all keys.
             pub fn new(host: &Host) -> Self {
                 Props { $($name: host.prop($key),)* }
             }
@@ -62,7 +63,7 @@ props! {
     gps: "gps.position",
 }
 
-/// The plugin.
+/// The plugin, which offers the services `web` and `film`.
 pub struct WebPage {
     pub(crate) p: Props,
 }

@@ -1,4 +1,4 @@
-//! Readings of sensors, drawings and graphs, as sent to clients.
+//! Converts readings of sensors, drawings and graphs to messages for clients.
 
 use std::collections::BTreeMap;
 
@@ -16,36 +16,40 @@ use crate::{
 
 /// First byte of an image message.
 const IMAGE: u8 = 3;
-/// Maximum number of beams of a scan that are sent; if there are more, every n-th beam is sent.
+/// Maximum number of beams of a scan in a message; of longer scans, only every n-th beam is sent.
 const MOST_BEAMS: usize = 720;
-/// Maximum number of values of drawings, and of samples of a stream, that are sent.
+/// Maximum number of values of all drawings in a message; further drawings are omitted.
 const MOST_NUMBERS: usize = 60_000;
+/// Maximum number of samples of a stream in a message; older samples are omitted.
 const MOST_SAMPLES: usize = 600;
-/// Maximum number of elements of a field that is shown as numbers.
+/// Maximum number of elements of a short field, which the page shows as numbers.
 const MOST_SHORT: usize = 16;
-/// Maximum number of readings in a message.
+/// Maximum number of sensors with new readings in a message.
 const MOST_READINGS: usize = 60;
 
+/// Rounds to three decimal places.
 fn rounded(x: f64) -> f64 {
     (x * 1e3).round() / 1e3
 }
 
-/// The last readings that were sent, and the index of the sensor to continue with.
+/// The readings that were sent so far.
 #[derive(Default)]
 pub struct Sent {
+    /// The last reading of each sensor.
     known: BTreeMap<tatu_object, Reading>,
+    /// Index, in `Whole::sensors`, of the sensor that the next message starts with.
     next: usize,
 }
 
 impl Sent {
-    /// Returns the last readings of all sensors of a scene.
+    /// Returns the last reading sent for each sensor of a scene, without images, by handle.
     pub fn all(&self, whole: &Whole) -> Readings {
         whole.sensors.iter().map(|(id, _)| (tatu_slot(*id), self.known.get(id).cloned())).collect()
     }
 }
 
-/// Returns the new readings of sensors, without images, by handle. If there are many sensors, each message has those of
-/// some of them, in turn.
+/// Returns the readings that differ from those in `sent`, without images, by handle, and updates `sent`. If more than
+/// `MOST_READINGS` are new, the next call continues with the others.
 pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Readings {
     let mut out = Readings::new();
     let n = whole.sensors.len();
@@ -75,7 +79,7 @@ pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Readin
     out
 }
 
-/// Returns a field of a reading once the sensor has measured.
+/// Returns a field of a sensor's reading, or `None` if the sensor has not measured yet.
 fn measured(turn: &Turn<'_>, id: tatu_object, field: Prop) -> Option<safe::Reading> {
     turn.reading(id, field).ok().filter(|r| r.sequence() != 0)
 }
@@ -118,7 +122,7 @@ fn fields(turn: &Turn<'_>, id: tatu_object) -> Option<Reading> {
     (!fields.is_empty()).then_some(Reading::Fields { fields })
 }
 
-/// Returns the elements of a field, or `None` if there are too many.
+/// Returns the elements of a field, or `None` if they are none, too many or not numbers.
 pub fn short(field: &safe::Reading) -> Option<Vec<f64>> {
     let numbers: Vec<f64> = match field.elem() {
         TATU_ELEM_F64 => field.f64s().to_vec(),
@@ -129,13 +133,14 @@ pub fn short(field: &safe::Reading) -> Option<Vec<f64>> {
     (1..=MOST_SHORT).contains(&numbers.len()).then_some(numbers)
 }
 
-/// Replaces numbers that are not finite by `None`, since JSON cannot represent them.
+/// Replaces non-finite numbers by `None`, because JSON cannot represent them.
 pub fn finite(all: impl IntoIterator<Item = f64>) -> Vec<Option<f64>> {
     all.into_iter().map(|x| x.is_finite().then_some(x)).collect()
 }
 
-/// Returns the image of a sensor: type, version, content (0 red green blue, 1 depth in m as f32), a byte, handle,
-/// columns, rows, then the numbers, the lowest row first.
+/// Returns the message with the image of a sensor, or `None` if it has no image: the bytes 3 (image), 1 (version),
+/// content (0: red, green and blue as u8; 1: depth in m as f32) and 0, then the handle, the number of columns and the
+/// number of rows, each as u32, and the pixels, the bottom row first.
 pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Message> {
     let (reading, what) = match turn.reading(id, p.rgb) {
         Ok(r) if !r.u8s().is_empty() => (r, 0),
@@ -154,7 +159,7 @@ pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Message> {
     Some(Message::Binary(out.into()))
 }
 
-/// Returns all drawings.
+/// Returns the message with all drawings of scripts.
 pub fn drawings(turn: &Turn<'_>) -> Result<ToPage> {
     let (mut drawings, mut numbers) = (Vec::new(), 0);
     for id in turn.figures(0, TATU_FIGURE_DRAWING)? {
@@ -176,11 +181,12 @@ pub fn drawings(turn: &Turn<'_>) -> Result<ToPage> {
     Ok(ToPage::Drawings { drawings })
 }
 
+/// Returns the string under a key of a map.
 fn text(map: ValueRef<'_>, key: &str) -> Option<String> {
     map.get(key).and_then(|v| v.as_str()).map(|s| s.into_owned())
 }
 
-/// Returns the streams of a graph, with their newest samples.
+/// Returns the message with the streams of a graph and their newest samples.
 pub fn graph(turn: &Turn<'_>, graph: tatu_object) -> Result<ToPage> {
     let mut streams = Vec::new();
     for id in turn.figures(graph, TATU_FIGURE_STREAM)? {

@@ -1,4 +1,4 @@
-//! Recently shown scenes, with pictures that the page takes of them. They are stored for later runs of the user.
+//! Stores the recently shown scenes of the user, and pictures that the page has taken of them, for later runs.
 
 use std::path::{Path, PathBuf};
 
@@ -9,25 +9,28 @@ use crate::gallery::{MOST_PICTURE, is_png, is_scene};
 
 /// Maximum number of stored scenes.
 const MOST: usize = 12;
-/// The file with the absolute paths of the scenes, the most recent one first, as a JSON array; and its maximum size in
-/// bytes.
+/// Name of the file with the scenes: a JSON array of absolute paths, the most recent one first.
 const FILE: &str = "recent.json";
+/// Maximum size of that file, bytes.
 const MOST_BYTES: u64 = 64 << 10;
 
-/// The recent scenes of this user. The file is read again for each change, because other processes change it as well.
+/// The recent scenes of this user. The file is read again before each change, because other processes may change it,
+/// too.
 pub(crate) struct Recent {
-    /// The folder of the file; `None` if it is not available.
+    /// The user's state folder; `None` if it is not available.
     state: Option<State>,
-    /// The scene that was added last.
+    /// The scene that was passed to `shown` last.
     last: PathBuf,
 }
 
 impl Recent {
+    /// Opens the list of the user who runs the program.
     pub(crate) fn of_user() -> Recent {
         Recent { state: State::of_user().ok(), last: PathBuf::new() }
     }
 
-    /// Records that a scene is shown. Errors are ignored, because they do not affect the run.
+    /// Moves a scene to the front of the list, and removes the oldest scenes if there are too many. Errors are ignored,
+    /// because they do not affect the run.
     pub(crate) fn shown(&mut self, scene: &Path) {
         let (Some(state), Ok(scene)) = (&self.state, std::path::absolute(scene)) else { return };
         if self.last == scene || !is_scene(&scene) || scene.to_str().is_none() {
@@ -47,7 +50,7 @@ impl Recent {
         let _ = state.write(FILE, serde_json::json!(all).to_string().as_bytes());
     }
 
-    /// Stores the picture of a recent scene; returns whether it is a PNG of at most 64 KiB.
+    /// Stores a picture of a scene if the scene is in the list. Returns false if `png` is not a PNG of at most 64 KiB.
     pub(crate) fn picture(&self, scene: &Path, png: &[u8]) -> bool {
         if png.len() as u64 > MOST_PICTURE || !is_png(png) {
             return false;
@@ -60,12 +63,12 @@ impl Recent {
         true
     }
 
-    /// Returns whether a scene is one of the recent scenes.
+    /// Returns whether a scene is in the list.
     pub(crate) fn contains(&self, scene: &Path) -> bool {
         self.state.as_ref().is_some_and(|state| paths(state).iter().any(|p| p == scene))
     }
 
-    /// Returns all recent scenes, with their pictures.
+    /// Returns all recent scenes with their pictures, the most recent one first.
     pub(crate) fn all(&self) -> Vec<(PathBuf, Option<Vec<u8>>)> {
         let Some(state) = &self.state else { return Vec::new() };
         let all = paths(state).into_iter();
@@ -73,14 +76,14 @@ impl Recent {
     }
 }
 
-/// Returns the stored paths; none if the file is damaged.
+/// Returns the stored paths; empty if the file is missing or damaged.
 fn paths(state: &State) -> Vec<PathBuf> {
     let bytes = state.read(FILE, MOST_BYTES).unwrap_or_default();
     let all: Vec<PathBuf> = serde_json::from_slice(&bytes).unwrap_or_default();
     all.into_iter().filter(|path| path.is_absolute()).take(MOST).collect()
 }
 
-/// Returns the name of the file with the picture of a scene.
+/// Returns the name of the file for the picture of a scene, which contains a hash of the scene's path.
 fn picture_of(scene: &Path) -> String {
     let sum = Sha256::digest(scene.as_os_str().as_encoded_bytes());
     let sum: String = sum.iter().take(8).map(|b| format!("{b:02x}")).collect();
@@ -122,7 +125,7 @@ mod tests {
         assert!(recent.all().iter().all(|(_, picture)| picture.as_deref() == Some(PNG)));
         assert!(recent.contains(&scene(3)) && !recent.contains(&scene(2)));
         assert_eq!(std::fs::read_dir(&state).unwrap().count(), 1 + MOST, "pictures of old scenes go");
-        // No picture is stored for a scene that is not among the recent ones.
+        // A picture of a scene that is not in the list is not stored.
         assert!(recent.picture(&scene(0), PNG));
         assert_eq!(std::fs::read_dir(&state).unwrap().count(), 1 + MOST);
     }

@@ -1,4 +1,4 @@
-//! Records the messages that a client would receive, in full precision, for a film.
+//! Records a film: the messages that a client would receive, but with poses in full precision.
 
 use std::{collections::BTreeMap, io::Write};
 
@@ -19,29 +19,36 @@ use crate::{
     scene::{self, Whole},
 };
 
-/// Simulation time between recorded readings, and between drawings, s.
+/// Simulation time between recorded readings, s.
 const READINGS: f64 = 0.1;
+/// Simulation time between recorded drawings, s.
 const DRAWINGS: f64 = 1.0;
-/// Events that are recorded.
+/// Names of the events that are recorded.
 pub const EVENTS: &[&str] = &["message", "console", "script_error", "started", "stopped"];
 
-/// A recording of a run.
+/// A recorder, and the recording that it is making.
 #[derive(Default)]
 pub struct Recorder {
+    /// The records, compressed; `None` before the start and after the end of the recording.
     records: Option<GzEncoder<Vec<u8>>>,
     whole: Whole,
     changes: Changes,
+    /// The last recorded entry of frames, by key.
     known: BTreeMap<u32, Vec<f64>>,
+    /// The last recorded readings.
     sent: Sent,
+    /// The last recorded drawings, as a JSON message.
     drawn: String,
-    /// Times of the last recorded readings and drawings.
+    /// Simulation times of the last recorded readings and drawings, s.
     at: [f64; 2],
-    /// Number of steps at the last recorded frame.
+    /// Number of the step that was recorded last.
     step: Option<u64>,
+    /// Simulation time of the current step or event, s.
     time: f64,
-    /// Maximum compressed size, bytes; later messages are dropped, and that is reported.
+    /// Maximum compressed size, bytes. Messages after that are dropped.
     most: usize,
-    full: bool,
+    /// Simulation time at which the maximum size was exceeded, s.
+    full: Option<f64>,
 }
 
 impl Recorder {
@@ -58,7 +65,7 @@ impl Recorder {
         if self.records.is_none() {
             return;
         }
-        // Events are delivered at the end of their stage, before the next frame.
+        // Events are delivered before the frame of their step, so the time of the last frame would be too early.
         if let Ok(time) = turn.f64(0, p.time) {
             self.time = time;
         }
@@ -66,25 +73,27 @@ impl Recorder {
         self.record(&ToPage::Event { name: name.to_owned(), payload }.message());
     }
 
-    /// Ends the recording. Returns its compressed bytes, or `None` if there is none.
+    /// Ends the recording and returns it in compressed form, or `None` if none was started.
     pub fn finish(&mut self) -> Option<std::io::Result<Vec<u8>>> {
         self.records.take().map(GzEncoder::finish)
     }
 
-    /// Returns the time at which the recording became too large, if it did.
+    /// Returns the simulation time at which the recording exceeded its maximum size, s.
     pub fn full_at(&self) -> Option<f64> {
-        self.full.then_some(self.time)
+        self.full
     }
 
+    /// Starts an empty recording.
     fn begin(&mut self) {
         let records = Some(GzEncoder::new(Vec::new(), Compression::default()));
         *self = Recorder { records, ..Recorder::new(self.most) };
         self.at = [f64::NEG_INFINITY; 2];
     }
 
-    /// Appends a record: the length of its message as u32, the time as f64, 1 for bytes or 0 for text, the message.
+    /// Appends a record: the length of the message as u32, the simulation time in s as f64, a byte (0: text, 1:
+    /// binary), and the message.
     fn record(&mut self, message: &Message) {
-        let Some(records) = self.records.as_mut().filter(|_| !self.full) else { return };
+        let Some(records) = self.records.as_mut().filter(|_| self.full.is_none()) else { return };
         let (kind, bytes): (u8, &[u8]) = match message {
             Message::Text(t) => (0, t.as_bytes()),
             Message::Binary(b) => (1, b),
@@ -92,10 +101,13 @@ impl Recorder {
         let head = [&(bytes.len() as u32).to_le_bytes()[..], &self.time.to_le_bytes(), &[kind]].concat();
         // Writing into memory cannot fail.
         let _ = records.write_all(&head).and_then(|()| records.write_all(bytes));
-        self.full = records.get_ref().len() > self.most;
+        if records.get_ref().len() > self.most {
+            self.full = Some(self.time);
+        }
     }
 
-    /// Appends the changes of a step.
+    /// Appends everything that has changed since the last recorded step, and starts the recording if necessary. Does
+    /// nothing if `step` is already recorded.
     pub fn look(&mut self, turn: &Turn<'_>, p: &Props, step: u64) -> Result {
         if self.step == Some(step) {
             return Ok(());
@@ -116,7 +128,7 @@ impl Recorder {
         }
         let frame = frames::exact(turn, p, &self.whole, &mut self.known, (step, self.time));
         self.record(&frame);
-        // The tolerance is for rounding errors of the step's time.
+        // The tolerance covers rounding errors in the simulation time.
         if self.time - self.at[0] > READINGS - 1e-9 {
             self.at[0] = self.time;
             let new = readings::new(turn, p, &self.whole, &mut self.sent);
@@ -135,7 +147,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Reads the current scene and the sources of its scripts.
+    /// Reads the current scene, and appends it and the sources of its scripts.
     fn scene(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         self.whole = scene::read(turn, p, 0)?;
         self.changes.begin(turn, p, &self.whole)?;

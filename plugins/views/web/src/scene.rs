@@ -1,5 +1,5 @@
-//! The scene as a whole: a JSON text, and a binary message for each mesh. It is built again when objects are added or
-//! removed.
+//! Builds the messages with the complete scene: a JSON text, and a binary message for each mesh and each texture image.
+//! They are built again when objects are added or removed.
 
 use std::collections::BTreeMap;
 
@@ -17,22 +17,23 @@ use crate::{
 
 /// First byte of a mesh message.
 const MESH: u8 = 2;
-/// First byte of a message with an image on surfaces.
+/// First byte of a message with a texture image.
 const TEXTURE: u8 = 4;
-/// The messages for a new client.
+/// The complete scene when it was last read.
 #[derive(Default)]
 pub struct Whole {
-    /// The objects, by full id, in the order of the tree.
+    /// The ids of all objects, in the order of the scene tree.
     pub ids: Vec<tatu_object>,
-    /// Joints, and whether they are spherical.
+    /// All joints, and whether they are spherical.
     pub joints: Vec<(tatu_object, bool)>,
-    /// Sensors, with the schema of their readings.
+    /// The sensors with readings that the page shows, and the schemas of these readings.
     pub sensors: Vec<(tatu_object, Schema)>,
-    /// Meshes, then the scene.
+    /// The messages for a new client: meshes and texture images, then the scene.
     pub messages: Vec<Message>,
 }
 
-/// Returns the schema of a sensor's readings that the page shows, recognized by a field.
+/// Returns the schema of a sensor's readings, which is recognized by the fields of the readings; `None` if they have
+/// none.
 fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Schema> {
     let fields = [
         (Schema::Proximity, p.detected),
@@ -45,11 +46,11 @@ fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Schema> {
     known.or_else(|| turn.field_of(id, 0).map(|_| Schema::Fields))
 }
 
-/// Parameters that describe the detection volume, whatever the kind of sensor.
+/// Names of the parameters that describe the detection volume of a sensor. A kind of sensor has some of them.
 pub const VOLUME: [&str; 9] =
     ["volume", "range", "near", "angle", "height", "radius_near", "radius_far", "size_near", "size_far"];
 
-/// Returns the detection volume.
+/// Returns the detection volume of the sensor `id` of this kind.
 fn volume(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Volume {
     let get = |name: &str| turn.get(id, turn.host().prop(&format!("{kind}.{name}"))).ok();
     let number = |name: &str| get(name)?.as_f64().filter(|x| x.is_finite());
@@ -67,12 +68,13 @@ fn volume(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Volume {
     }
 }
 
+/// Returns a string value; empty if the value is not a string.
 fn text(v: ValueRef<'_>) -> String {
     v.as_str().map(|s| s.into_owned()).unwrap_or_default()
 }
 
 impl Whole {
-    /// Updates the lists of joints and sensors from an object that has changed.
+    /// Updates `joints` and `sensors` for an object that has changed.
     pub fn take(&mut self, id: tatu_object, o: &Object) {
         if let Some(joint) = &o.joint {
             let now = (id, joint.form == "spherical");
@@ -89,10 +91,10 @@ impl Whole {
     }
 }
 
-/// Messages of meshes and of images on surfaces, by their hash.
+/// Messages with meshes and texture images, by the hash of the mesh or image.
 pub type Assets = BTreeMap<String, Message>;
 
-/// Reads the whole scene, the `opened`-th since the start of the service.
+/// Reads the complete scene. `opened` is the number of the scene among those opened so far.
 pub fn read(turn: &Turn<'_>, p: &Props, opened: u32) -> Result<Whole> {
     let mut whole = Whole { ids: turn.list(0, 0, 0)?, ..Default::default() };
     let mut assets = Assets::new();
@@ -118,7 +120,7 @@ pub fn read(turn: &Turn<'_>, p: &Props, opened: u32) -> Result<Whole> {
     Ok(whole)
 }
 
-/// Reads an object; its meshes and images are added to `assets`.
+/// Reads an object, and adds its meshes and texture images to `assets`.
 pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut Assets) -> Result<Object> {
     let kind = text(turn.get(id, p.kind)?);
     let mut o = Object {
@@ -170,6 +172,7 @@ pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut Assets) 
     Ok(o)
 }
 
+/// Reads the given scripts.
 fn scripts_of(turn: &Turn<'_>, p: &Props, all: impl Iterator<Item = tatu_object>) -> Result<Vec<Script>> {
     all.map(|s| {
         Ok(Script {
@@ -183,12 +186,12 @@ fn scripts_of(turn: &Turn<'_>, p: &Props, all: impl Iterator<Item = tatu_object>
     .collect()
 }
 
-/// Returns a hash of a text.
+/// Returns the version of a script: the first 32 bits of the SHA-256 hash of its source.
 pub fn version(text: &[u8]) -> u32 {
     Sha256::digest(text).iter().take(4).fold(0, |n, b| n << 8 | u32::from(*b))
 }
 
-/// Returns the appearance of a shape; its meshes and images are added to `assets` by their hash.
+/// Returns the visible parts of a shape, and adds their meshes and texture images to `assets`.
 fn parts(turn: &Turn<'_>, id: tatu_object, assets: &mut Assets) -> Result<Vec<Part>> {
     let mut out = Vec::new();
     while let Some(part) = turn.part(id, out.len() as u32)? {
@@ -214,6 +217,7 @@ fn parts(turn: &Turn<'_>, id: tatu_object, assets: &mut Assets) -> Result<Vec<Pa
     Ok(out)
 }
 
+/// Converts the description of a texture.
 fn texture(map: ValueRef<'_>) -> Texture {
     let named = |key: &str| map.get(key).map(text).unwrap_or_default();
     let numbers = |key: &str| map.get(key).and_then(|v| v.numbers()).unwrap_or_default();
@@ -229,8 +233,8 @@ fn texture(map: ValueRef<'_>) -> Texture {
     }
 }
 
-/// Returns the message of an image on surfaces: type, version, two bytes, the hash as 16 characters, columns, rows, then
-/// 4 bytes a pixel, top row first.
+/// Returns the message with a texture image: the bytes 4 (texture), 1 (version), 0 and 0, the hash as 16 characters,
+/// the number of columns and the number of rows as u32, and the pixels as RGBA with 4 bytes each, the top row first.
 fn image(hash: &str, map: ValueRef<'_>) -> Message {
     let count = |key: &str| map.get(key).and_then(|v| v.as_i64()).unwrap_or(0) as u32;
     let mut out = vec![TEXTURE, 1, 0, 0];
@@ -241,9 +245,9 @@ fn image(hash: &str, map: ValueRef<'_>) -> Message {
     Message::Binary(out.into())
 }
 
-/// Returns the hash of a mesh, and its message: type, version, two bytes, the hash as 16 characters, the counts of
-/// points and triangles, the points' numbers as f32, the triangles' indices as u32, and the coordinates of the points in
-/// their image, if there are any, as f32.
+/// Returns the hash of a mesh and the message with it: the bytes 2 (mesh), 1 (version), 0 and 0, the hash as 16
+/// characters, the numbers of points and of triangles as u32, the coordinates of the points as f32, the point indices
+/// of the triangles as u32, and the texture coordinates of the points as f32, if they have any.
 fn mesh(points: &[f64], triangles: &[f64], coordinates: &[f64]) -> (String, Message) {
     let mut body = Vec::with_capacity((points.len() + triangles.len() + coordinates.len()) * 4);
     points.iter().for_each(|x| body.extend_from_slice(&(*x as f32).to_le_bytes()));

@@ -1,4 +1,4 @@
-//! The barrier: executes messages of clients, and queues messages to them.
+//! The service `web`: executes requests from clients, and queues messages to them, at each barrier.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -39,84 +39,94 @@ use crate::{
     windows::{self, Windows},
 };
 
-/// Version of the protocol.
+/// Version of the protocol between the page and the program.
 const VERSION: u32 = 3;
 /// Maximum size of a message from a client, bytes.
 const MOST_MESSAGE: usize = 4 << 20;
-/// Maximum number of messages processed in a turn: of a client with control rights, and of one with view rights.
+/// Maximum number of messages from a client with control rights that are processed per barrier.
 const AT_ONCE: usize = 500;
+/// Maximum number of messages from a client with view rights only that are processed per barrier.
 const LOOKS_AT_ONCE: usize = 20;
 /// Maximum compressed size of a client's film, bytes; the film is sent in base64 as a single message.
 const MOST_FILM: usize = 64 << 20;
-/// Maximum number of images, and of graphs, that a client shows at the same time.
+/// Maximum number of sensors whose images a client may request at the same time, and of graphs.
 const MOST_SHOWN: usize = 8;
-/// Maximum number of output lines that a new client receives.
+/// Maximum number of output messages that are stored for new clients.
 const MOST_LINES: usize = 500;
 
-/// The service.
+/// The service `web`.
 pub struct Web {
     p: Props,
     state: RefCell<State>,
 }
 
-/// The state of the service.
+/// The state of the service `web`.
 pub(crate) struct State {
+    /// The connected clients.
     pub(crate) guests: Vec<Guest>,
     pub(crate) whole: Whole,
     pub(crate) changes: Changes,
-    /// Start of the last round of comparisons; `None`: a round is due.
+    /// Start time of the last round of comparisons by `changes`; `None` if a round is due.
     pub(crate) last_round: Option<Instant>,
-    /// Whether clients have received newer objects than those in the messages of `whole`.
+    /// Whether objects have changed since `whole` was read, so its messages must be built again for a new client.
     pub(crate) is_old: bool,
-    /// Index of the world whose scene was read, and how many scenes were opened before it.
+    /// Address of the world whose scene was read, which identifies the world.
     pub(crate) world: usize,
+    /// Number of scenes opened so far.
     pub(crate) opened_before: u32,
-    /// The newest lines of the status bar and the consoles.
+    /// The newest messages with output of the simulation, for new clients.
     pub(crate) lines: Vec<Message>,
     pub(crate) windows: Windows,
     pub(crate) pace: Pace,
-    /// Whether the simulation is held between two steps, and the number of steps after which it is held again.
+    /// Whether the simulation is held between two steps, as after a single step.
     pub(crate) held: bool,
+    /// Number of single steps that remain to be run while the simulation is held.
     pub(crate) singles: u64,
     pub(crate) last_frame: Instant,
     pub(crate) last_readings: Instant,
+    /// The last `state` message, as JSON.
     pub(crate) told: String,
-    /// All drawings as a message, and how often they have changed.
+    /// The message with all drawings, as JSON.
     pub(crate) drawn: String,
+    /// Version of the drawings: the number of times that they have changed.
     pub(crate) drawings: u64,
     pub(crate) sent: readings::Sent,
     pub(crate) listener: Listener,
     pub(crate) lists: Lists,
     pub(crate) recent: Recent,
     pub(crate) edits: Known,
-    /// The file that passes the address to a browser, until the browser connects.
+    /// The file that passes the address to the browser; removed when a client with control rights connects.
     pub(crate) opened: Option<Opened>,
 }
 
-/// A client.
+/// The state of a client.
 pub(crate) struct Guest {
     pub(crate) client: Client,
+    /// The last entry of frames that was sent to the client, by key.
     pub(crate) known: BTreeMap<u32, [u8; 20]>,
     /// Whether the client has received the current scene.
     pub(crate) whole: bool,
-    /// The sensors whose images the client shows, and the graphs that it shows.
+    /// Handles of the sensors whose images the client has requested.
     pub(crate) images: Vec<u32>,
+    /// Handles of the graphs whose streams the client has requested.
     pub(crate) graphs: Vec<u32>,
     /// The values that the client watches.
     pub(crate) watch: Watch,
     /// The film that the client is recording.
     pub(crate) film: Option<Recorder>,
-    /// The overlays that the client shows.
+    /// The overlays that the client has requested.
     pub(crate) overlays: Wanted,
-    /// Whether earlier messages to the client were still queued when this round of messages began.
+    /// Whether messages to the client were still queued when `show` started to queue new ones.
     pub(crate) waits: bool,
-    /// Whether the client lacks readings that were sent to others, and the version of the drawings that it has.
+    /// Whether the client has missed readings that were sent to other clients.
     pub(crate) missed: bool,
+    /// Version of the drawings that the client received last.
     pub(crate) drawings: u64,
-    /// The file that is being received, and the folder that was created for several files.
+    /// The dropped file that is being received.
     pub(crate) dropped: Option<Dropped>,
+    /// The folder that the client created last for dropped files.
     pub(crate) folder: Option<Folder>,
-    /// Rate limit of a client that has view rights only.
+    /// The requests that the client may still make; used only for clients with view rights only.
     pub(crate) allowance: Allowance,
 }
 
@@ -128,8 +138,8 @@ impl Service for Web {
 
     fn params() -> Vec<Param> {
         vec![
-            Param::int("port").range(0.0, 65535.0).default(0).text("port of 127.0.0.1 to listen on; 0: any free one"),
-            Param::bool("browser").default(false).text("whether a browser is started"),
+            Param::int("port").range(0.0, 65535.0).default(0).text("port on 127.0.0.1 to listen on; 0: any free port"),
+            Param::bool("browser").default(false).text("whether to open the page in a browser"),
             Param::float("speed")
                 .range(0.0, SPEEDS.1)
                 .default(1.0)
@@ -156,19 +166,22 @@ impl Service for Web {
         let url = format!("http://{}/?token={}", listener.address, listener.token);
         if let Some(e) = &listener.unkept {
             let text = format!(
-                "the page will have a different address in the next run, because its token cannot be stored: {e}"
+                "the page will have a different address in the next run, because its access token cannot be stored: {e}"
             );
             session.log(TATU_LOG_INFO, &text);
         }
-        // Printed alone on a line, for programs to read; the token must not appear in logs.
+        // The address is printed alone on a line of stdout, so that programs can read it. It is not logged, because
+        // logs must not contain the token.
         let mut out = std::io::stdout();
         let _ = writeln!(out, "{url}").and_then(|()| out.flush());
         let mut opened = None;
         if params.bool("browser")? {
             match Opened::start(&url) {
                 Ok(file) => opened = Some(file),
-                Err(e) => session
-                    .log(TATU_LOG_INFO, &format!("no browser could be started ({e}): open the address above in one")),
+                Err(e) => session.log(
+                    TATU_LOG_INFO,
+                    &format!("no browser could be started ({e}): open the address above in a browser"),
+                ),
             }
         }
         let now = Instant::now();
@@ -209,7 +222,7 @@ impl Service for Web {
         state.edits.keep(turn);
         state.record(turn, &self.p, step)?;
         state.show(turn, &self.p, step)?;
-        // A world that is not running is not held, because its scripts are still called.
+        // A world that is not running must not be held, because its scripts are still called.
         if !running {
             state.pace.again();
             return Ok(Answer::Go);
@@ -265,7 +278,7 @@ impl Web {
     }
 }
 
-/// Removes duplicates, and truncates the list to the number of objects that a client may show at the same time.
+/// Removes duplicates, and keeps at most `MOST_SHOWN` objects.
 fn few(mut objects: Vec<u32>) -> Vec<u32> {
     objects.sort_unstable();
     objects.dedup();
@@ -274,7 +287,7 @@ fn few(mut objects: Vec<u32>) -> Vec<u32> {
 }
 
 impl State {
-    /// Records films and watched values in each step.
+    /// Records the current step in the films and watches of clients.
     fn record(&mut self, turn: &Turn<'_>, p: &Props, step: u64) -> Result {
         if turn.state() == TATU_STOPPED {
             return Ok(());
@@ -289,14 +302,14 @@ impl State {
         Ok(())
     }
 
-    /// Handles clients that have connected or disconnected.
+    /// Greets clients that have connected, and removes those that have disconnected.
     fn come(&mut self, _: &Turn<'_>) -> Result {
         for client in self.listener.take_new() {
             let acts = client.role == Rights::Act;
             if acts {
                 self.opened = None;
             }
-            // Only clients with control rights get the link for viewing, to pass on.
+            // The view-only address is sent only to clients with control rights, which may share it.
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.look_token));
             let hello = ToPage::Hello { version: VERSION, acts, look, speed: self.pace.speed };
             client.out.send(hello.message());
@@ -323,21 +336,21 @@ impl State {
         Ok(())
     }
 
-    /// Makes dialogs wait for an answer if there is a client that can give one.
+    /// If a client with control rights is connected, makes new dialogs of scripts wait for its answer.
     fn attend(&mut self, turn: &Turn<'_>) {
         if !self.guests.iter().any(|g| g.client.role == Rights::Act) {
             return;
         }
         for (act, window) in self.windows.asking() {
-            // A dialog may have been closed in the meantime.
+            // Fails if the dialog has been closed in the meantime.
             let _ = acts::call(turn, &act, &[json!(window), json!(0), json!("attend")]);
         }
     }
 
-    /// Executes the messages of clients.
+    /// Executes the requests of all clients, and queues the answers.
     fn hear(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let mut guests = std::mem::take(&mut self.guests);
-        // Clients with control rights come first, so that viewers do not delay them.
+        // Clients with control rights are processed first, so that viewers do not delay them.
         let (acting, looking): (Vec<_>, Vec<_>) = guests.iter_mut().partition(|g| g.client.role == Rights::Act);
         for guest in acting.into_iter().chain(looking) {
             turn.client(guest.client.number);
@@ -377,8 +390,8 @@ impl State {
         Ok(())
     }
 
-    /// Returns the requested list, if one is requested. Clients with control rights get a new one, so that it contains
-    /// files that were just saved.
+    /// Returns the answer to a request for a list, or `None` for other requests. For clients with control rights, the
+    /// list is built again, so that it includes files that were just saved.
     fn list(&mut self, turn: &Turn<'_>, asked: &FromPage, acts: bool) -> Option<Utf8Bytes> {
         match asked {
             FromPage::Commands {} => Some(self.lists.commands(turn, acts)),
@@ -387,7 +400,7 @@ impl State {
         }
     }
 
-    /// Executes a request; returns the answer, if it has one.
+    /// Executes a request, and returns the answer if there is one.
     fn act(&mut self, turn: &Turn<'_>, p: &Props, guest: &mut Guest, asked: FromPage) -> Result<Option<ToPage>> {
         let may_act = guest.client.role == Rights::Act;
         match asked {
@@ -399,7 +412,11 @@ impl State {
             FromPage::Watch { of, values } => guest.watch = Watch::new(turn, of, &values),
             FromPage::Overlays { contacts, bodies } => guest.overlays = Wanted { contacts, bodies },
             FromPage::Commands {} | FromPage::Files {} => {}
-            _ if !may_act => return Err(Fail::unsupported("this page may only view")),
+            _ if !may_act => {
+                return Err(Fail::unsupported(
+                    "this page may only view the world: to control it, open the address that the program printed",
+                ));
+            }
             FromPage::Run { action } => self.request(turn, action)?,
             FromPage::Speed { speed } => {
                 self.pace.speed = if speed <= 0.0 { 0.0 } else { speed.clamp(SPEEDS.0, SPEEDS.1) };
@@ -425,7 +442,7 @@ impl State {
                         Some(own) if own.name() == folder => own.file(&name)?,
                         _ => {
                             return Err(Fail::argument(format!(
-                                "`{folder}` is not the folder that this page created last"
+                                "`{folder}` is not the folder that the last `folder` request of this page created"
                             )));
                         }
                     },
@@ -467,10 +484,11 @@ impl State {
         Ok(None)
     }
 
+    /// Executes a `run` request.
     fn request(&mut self, turn: &Turn<'_>, action: Action) -> Result {
         self.pace.again();
         match action {
-            // Between two steps the simulation is not paused: only the hold must be released.
+            // A held simulation is not paused, so it need not be resumed.
             Action::Start if self.held && turn.state() == TATU_RUNNING => {
                 self.held = false;
                 Ok(())

@@ -1,4 +1,4 @@
-//! Queues messages to clients: the scene when it is new, then changes.
+//! Queues messages to clients: the complete scene when they have not received it, then its changes.
 
 use std::{
     path::Path,
@@ -20,14 +20,15 @@ use crate::{
     service::State,
 };
 
-/// Intervals of frames and of readings.
+/// Minimum interval between two frames.
 const FRAMES: Duration = Duration::from_millis(50);
+/// Minimum interval between two messages with readings.
 const READINGS: Duration = Duration::from_millis(100);
 /// Minimum interval between two rounds of comparisons of all objects.
 const ROUNDS: Duration = Duration::from_millis(200);
 
 impl State {
-    /// Queues all messages that are due.
+    /// Queues all messages that are due, for all clients.
     pub(crate) fn show(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props, step: u64) -> Result {
         if self.guests.is_empty() {
             return Ok(());
@@ -70,7 +71,7 @@ impl State {
         Ok(())
     }
 
-    /// Reads the scene, for all clients.
+    /// Reads the complete scene, which is then sent to all clients again.
     fn read_scene(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         if self.world != turn.raw().ptr().addr() {
             self.opened_before += 1;
@@ -87,7 +88,7 @@ impl State {
         Ok(())
     }
 
-    /// Queues objects with changes other than motion.
+    /// Continues the comparison of objects if it is due, and queues the objects that have changed other than by moving.
     fn show_changes(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props, now: Instant) -> Result {
         if self.changes.is_round() {
             if self.last_round.is_some_and(|last| now - last < ROUNDS) {
@@ -108,7 +109,7 @@ impl State {
         Ok(())
     }
 
-    /// Publishes the state of the world, if it has changed.
+    /// Queues the state of the world for all clients if it has changed.
     fn tell(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let state = match turn.state() {
             TATU_STOPPED => RunState::Stopped,
@@ -125,7 +126,7 @@ impl State {
         Ok(())
     }
 
-    /// Queues data for overlays, which is built once for all clients with the same request.
+    /// Queues the data for overlays. Consecutive clients with the same request share a message.
     fn show_overlays(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let mut made: Option<(Wanted, Message)> = None;
         for guest in self.guests.iter().filter(|g| g.overlays.any() && !g.waits) {
@@ -139,6 +140,7 @@ impl State {
         Ok(())
     }
 
+    /// Queues readings, drawings, images and the streams of graphs.
     fn show_readings(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let new = readings::new(turn, p, &self.whole, &mut self.sent);
         let any = !new.is_empty();
@@ -149,7 +151,8 @@ impl State {
         }
         for guest in &mut self.guests {
             let out = &guest.client.out;
-            // A client that has not received the last messages yet is skipped until it has, and then gets all readings.
+            // A client with queued messages is skipped. Once it has received them, it is sent the readings of all
+            // sensors.
             if guest.waits {
                 guest.missed |= any;
                 continue;

@@ -1,4 +1,5 @@
-//! Values that a client watches, such as the curves of its graphs: properties and fields of readings, in each step.
+//! Samples the values that a client watches in each step, such as those that it plots: properties and fields of
+//! readings.
 
 use tatu_plugin_api::{
     abi::*,
@@ -11,27 +12,27 @@ use crate::{
     readings,
 };
 
-/// Maximum number of values that a client watches.
+/// Maximum number of values that a client can watch; further ones are ignored.
 const MOST_VALUES: usize = 64;
-/// Maximum number of elements sent per value.
+/// Maximum number of elements per value that are sent.
 const MOST_NUMBERS: usize = 16;
-/// Maximum number of samples that wait to be sent; older ones are dropped.
+/// Maximum number of samples that are stored until they are sent; the oldest are dropped.
 const MOST_SAMPLES: usize = 2000;
 
 /// The values that a client watches, and the samples that have not been sent yet.
 #[derive(Default)]
 pub struct Watch {
-    /// Number of the client's request, which is repeated in messages.
+    /// Number of the client's request, which is repeated in each message.
     of: u32,
-    /// Object and property; the latter is `None` if the object has no such property or field.
+    /// The object and key of each value. The key is `None` if the object does not have such a property or field.
     values: Vec<(tatu_object, Option<Prop>)>,
     samples: Vec<Sample>,
-    /// Time of the last sample.
+    /// Simulation time of the last sample, s.
     last: Option<f64>,
 }
 
 impl Watch {
-    /// Creates a watch for these values.
+    /// Creates a watch for the requested values, at most `MOST_VALUES`.
     pub fn new(turn: &Turn<'_>, of: u32, wanted: &[Watched]) -> Self {
         let values = wanted.iter().take(MOST_VALUES).map(|w| {
             let id = object(w.object);
@@ -40,7 +41,7 @@ impl Watch {
         Watch { of, values: values.collect(), ..Watch::default() }
     }
 
-    /// Samples the values if time has advanced since the last sample.
+    /// Samples the values unless the simulation time is still that of the last sample.
     pub fn look(&mut self, turn: &Turn<'_>, time: f64) {
         if self.values.is_empty() || self.last == Some(time) {
             return;
@@ -54,15 +55,15 @@ impl Watch {
         self.samples.push(Sample { time, values });
     }
 
-    /// Returns the message with all samples since the last one.
+    /// Returns the message with all samples since the last message, or `None` if there are none.
     pub fn message(&mut self) -> Option<ToPage> {
         let samples = std::mem::take(&mut self.samples);
         (!samples.is_empty()).then_some(ToPage::Values { of: self.of, samples })
     }
 }
 
-/// Returns whether an object has a property or a field. Interned keys are never freed, so that clients must not be able
-/// to intern arbitrary ones.
+/// Returns whether an object has a property or a field of readings with this key, without interning the key. Interned
+/// keys are never freed, so clients must not be able to intern arbitrary strings.
 fn has(turn: &Turn<'_>, id: tatu_object, key: &str) -> Result<bool> {
     if (0..).map_while(|i| turn.field_of(id, i)).any(|(name, _)| name == key) {
         return Ok(true);
@@ -77,6 +78,7 @@ fn has(turn: &Turn<'_>, id: tatu_object, key: &str) -> Result<bool> {
     Ok(false)
 }
 
+/// Returns the elements of a property or of a field of the last reading, or `None` if they cannot be read as numbers.
 fn numbers(turn: &Turn<'_>, id: tatu_object, prop: Prop) -> Option<Vec<f64>> {
     if let Ok(field) = turn.reading(id, prop) {
         return (field.sequence() != 0).then(|| readings::short(&field)).flatten();

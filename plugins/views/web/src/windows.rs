@@ -1,4 +1,4 @@
-//! Windows of scripts, stored for clients that connect later.
+//! Stores the open windows of scripts for clients that connect later.
 
 use std::collections::BTreeMap;
 
@@ -7,21 +7,23 @@ use tatu_services_common::outbox::Message;
 
 use crate::protocol::ToPage;
 
-/// The event that reports windows.
+/// The name of the event that reports changes of windows.
 pub const EVENT: &str = "ui.window";
-/// Maximum number of stored windows.
+/// Maximum number of stored windows; further ones are not stored.
 const MOST: usize = 500;
 
-/// All open windows, by the command that acts on them, and their number.
+/// The open windows of scripts.
 #[derive(Default)]
 pub struct Windows {
+    /// The event that opened each window, with later changes applied, by the command that acts on the window and the
+    /// number of the window.
     open: BTreeMap<(String, i64), Json>,
-    /// Dialogs that wait for an answer and that no client attends to yet.
+    /// Commands and numbers of dialogs that were opened since the last call of `asking`.
     asking: Vec<(String, i64)>,
 }
 
 impl Windows {
-    /// Updates the windows from an event.
+    /// Opens, changes or closes a window according to the payload of an event.
     pub fn hear(&mut self, payload: &Json) {
         let act = payload["act"].as_str().unwrap_or("").to_owned();
         let key = (act, payload["window"].as_i64().unwrap_or(0));
@@ -43,15 +45,15 @@ impl Windows {
             }
         }
     }
-    /// Returns the messages that open the windows.
+    /// Returns messages that open all windows in their current state.
     pub fn messages(&self) -> impl Iterator<Item = Message> + '_ {
         self.open.values().map(|w| ToPage::Event { name: EVENT.to_owned(), payload: w.clone() }.message())
     }
-    /// Returns the commands and numbers of dialogs that wait for an answer, each once.
+    /// Returns the commands and numbers of the dialogs that were opened since the last call.
     pub fn asking(&mut self) -> Vec<(String, i64)> {
         std::mem::take(&mut self.asking)
     }
-    /// Removes all windows.
+    /// Removes all windows, because the simulation has stopped.
     pub fn clear(&mut self) {
         self.open.clear();
         self.asking.clear();

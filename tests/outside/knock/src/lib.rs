@@ -21,9 +21,9 @@ impl Plugin for Knocks {
     }
 }
 
-/// One sensor of a scene.
+/// A sensor in a scene.
 pub struct Knock {
-    /// Threshold, m/s^2.
+    /// Specific force above which an impact is counted, m/s^2.
     threshold: f64,
 }
 
@@ -41,7 +41,7 @@ impl Sensor for Knock {
     const SCHEMAS: &'static [&'static str] = &["knock/1"];
     const INPUTS: u32 = TATU_IN_ACCELERATION;
     const EVERY_PHYSICS_STEP: bool = true;
-    /// The count, and whether the force is above the threshold.
+    /// Two values: the count, and whether the force is above the threshold.
     const STATE: usize = 2;
 
     fn params() -> Vec<Param> {

@@ -1,4 +1,4 @@
-//! Counters by name: commands that have state per world, call functions of scripts, wait, and run in parallel.
+//! Named counters: commands that have state per world, call functions of scripts, wait, and run in parallel.
 #![forbid(unsafe_code)]
 
 use std::{
@@ -12,13 +12,13 @@ struct Tally {
     time: Prop,
 }
 
-/// The state of a world.
+/// The counters and waiting calls of a world.
 #[derive(Default)]
 struct Counts {
     counts: RefCell<BTreeMap<Vec<u8>, i64>>,
-    /// Waiting calls by their word: the counter, and the count that they wait for.
+    /// Waiting calls by their token: the counter's name, and the value for which each call waits.
     waits: RefCell<BTreeMap<u64, (Vec<u8>, i64)>>,
-    /// The last word used.
+    /// The token that was last assigned.
     word: Cell<u64>,
 }
 
@@ -174,7 +174,7 @@ impl PerWorld for Tally {
     }
 }
 
-/// The unread rest of a saved state.
+/// The unread part of a saved state.
 struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {

@@ -1,5 +1,5 @@
-/* A plugin that breaks the contract as the argument of its command says, or the parameter of its actuator:
- * BREACH_OF_ACTUATOR. */
+/* A plugin that breaks the contract. The argument of its command selects how; for its actuator and sensor, environment
+ * variables BREACH_OF_* do. */
 #define _GNU_SOURCE
 #include "tatu.h"
 

@@ -1,4 +1,4 @@
-/* The crash code for plugin.c, in C. */
+/* The function in C that plugin.c calls to crash. */
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>

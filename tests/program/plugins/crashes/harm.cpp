@@ -1,4 +1,4 @@
-// The harm that plugin.c does, in C++: an exception leaves the plugin.
+// The function in C++ that plugin.c calls to crash: it throws an exception, which leaves the plugin.
 #include <stdexcept>
 
 extern "C" void harm(const char *) { throw std::runtime_error("not caught"); }

@@ -1,10 +1,10 @@
-//! Tests of messages as raw bytes: those that today's library sends and the package's does not; and those of images,
-//! windows, collisions and distances, which both send.
+//! Tests with messages as raw bytes: those sent by the current library but not by the one in the PyPI package; and
+//! those of images, windows, collisions and distances, which both send.
 
 use super::wire::{Wire, floats, floats_of, int_at, ints, near};
 use crate::{kit::served::Served, kit::*};
 
-/// A handle that no object has.
+/// A handle that does not refer to any object.
 const NOBODY: i32 = 999_999;
 
 const SCENE: &str = r#"
@@ -66,7 +66,7 @@ far_m = 2.5
 position_m = [0, 9, 1]
 "#;
 
-/// What a V-REP scene registers beside its objects, as the importer stores it: collision and distance objects, windows.
+/// The collision objects, distance objects and windows of a V-REP scene, in the form in which the importer stores them.
 const REGISTERED: &str = r#"{"collections":[],"collisions":[{"name":"Touch","handle":2010000,"of":[7,8],"threshold":0.0,"explicit":false}],"distances":[{"name":"Gap","handle":2020000,"of":[7,8],"threshold":0.0,"explicit":false},{"name":"Asked","handle":2020001,"of":[7,8],"threshold":0.0,"explicit":true}],"ik_groups":[],"windows":[{"name":"Panel","handle":2060000,"object":7,"attributes":1,"cells":[4,2],"buttons":[{"handle":3,"attributes":2,"cells":[1,1,0,0],"labels":["on",""],"slider":-0.5}]}]}"#;
 
 /// Serves the scene.
@@ -77,13 +77,13 @@ fn served() -> (Place, Served) {
     (place, served)
 }
 
-/// Begins a run that waits for each step.
+/// Starts a run in synchronous mode.
 fn start(wire: &mut Wire) {
     wire.done(0x0001, b"", b"");
     wire.done(0x1007, &ints(&[0]), b"");
 }
 
-/// Does a step.
+/// Triggers one step and waits for its end.
 fn step(wire: &mut Wire) {
     wire.done(0x0003, b"", b"");
     wire.good(0x1021, &ints(&[1]), b"");
@@ -98,7 +98,7 @@ fn forces_and_turns_of_joints() {
         wire.done(0x100E, &ints(&[hinge]), &floats(&[force]));
         assert_eq!(wire.good(0x1038, &ints(&[hinge]), b""), floats(&[force]));
     }
-    // A quarter turn about z, rows of the matrix; a joint ignores the translation in the last column.
+    // The matrix of a rotation by 90 degrees about z, row by row. A joint ignores the translation in the last column.
     let turn = [0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     wire.done(0x100B, &ints(&[socket]), &floats(&turn));
     near(&wire.good(0x100A, &ints(&[socket]), b""), &turn);
@@ -116,8 +116,8 @@ fn places_and_turns_of_objects() {
     let (_place, served) = served();
     let mut wire = Wire::new(&served);
     let (ball, block) = (wire.handle("ball"), wire.handle("box"));
-    // Half of the square root of 2: a quarter turn about z. In the frame of the ball, which is turned likewise, it is
-    // the identity.
+    // The quaternion of a rotation by 90 degrees about z. In the frame of the ball, which is rotated in the same way,
+    // the orientation is the identity.
     let quarter = [0.0, 0.0, 0.5_f32.sqrt(), 0.5_f32.sqrt()];
     for object in [ball, block] {
         wire.done(0x1801, &ints(&[object]), &[ints(&[-1]), floats(&quarter)].concat());
@@ -148,7 +148,7 @@ fn collisions_and_distances() {
     let (ball, block) = (wire.handle("ball"), wire.handle("box"));
     let (touch, gap) = (int_at(&wire.good(0x300A, b"Touch\0", b""), 0), int_at(&wire.good(0x300B, b"Gap\0", b""), 0));
     let asked = int_at(&wire.good(0x300B, b"Asked\0", b""), 0);
-    // A ball of radius 0.1 m at 0, and a box whose near face is 0.1 m before its centre.
+    // A ball with a radius of 0.1 m is at 0, and the near face of the box is 0.1 m in front of its centre.
     for (x, distance) in [(1.0_f32, 0.8), (0.5, 0.3), (0.15, 0.0)] {
         wire.done(0x101B, &ints(&[block]), &[ints(&[-1]), floats(&[x, 0.0, 1.0])].concat());
         let touching = ints(&[i32::from(distance == 0.0)]);
@@ -178,13 +178,13 @@ fn a_force_sensor_breaks() {
     let force = wire.handle("force");
     start(&mut wire);
     (0..10).for_each(|_| step(&mut wire));
-    // 2 kg hang from it: their weight is 2 kg * 9.81 m/s2, downwards.
+    // A load of 2 kg hangs from the sensor; its weight is 2 kg * 9.81 m/s2, downwards.
     let held = wire.good(0x100F, &ints(&[force]), b"");
     assert_eq!((held[0], held.len()), (1, 25));
     assert!((floats_of(&held[9..13])[0] + 19.62).abs() < 0.02, "{:?}", floats_of(&held[1..]));
     wire.done(0x1010, &ints(&[force]), b"");
     step(&mut wire);
-    assert_eq!(wire.good(0x100F, &ints(&[force]), b"")[0], 3, "measured, and broken");
+    assert_eq!(wire.good(0x100F, &ints(&[force]), b"")[0], 3, "expected the bits for measured and broken");
     let ball = wire.handle("ball");
     for wrong in [NOBODY, ball] {
         wire.bad(0x1010, &ints(&[wrong]), b"");
@@ -201,13 +201,14 @@ fn windows_of_buttons() {
     assert_eq!(wire.good(0x2001, &slider, b""), ints(&[250]));
     wire.done(0x2002, &slider, &ints(&[500]));
     assert_eq!(wire.good(0x2001, &slider, b""), ints(&[500]));
-    // The answer is for the window alone, and the library expects it four bytes further on; no button was pressed.
+    // The answer refers only to the window, and the library expects it at an offset of four bytes. No button was
+    // pressed.
     assert_eq!(wire.good(0x2003, &ints(&[panel]), b""), ints(&[0, -1, 0, 0]));
     assert_eq!(wire.good(0x2004, &slider, b""), ints(&[2]));
     wire.done(0x2005, &slider, &ints(&[18]));
     assert_eq!(wire.good(0x2004, &slider, b""), ints(&[18]));
     wire.done(0x2006, &slider, b"up\0down\0");
-    // The scene's script uses the slider when its label is this; the event is read once.
+    // The script of the scene uses the slider if it has this label. The event can be read once.
     wire.done(0x2006, &slider, b"use it\0down\0");
     start(&mut wire);
     step(&mut wire);
@@ -242,7 +243,7 @@ fn images_are_given_to_a_sensor() {
         let why = wire.bad(raw, &eye, &vec![9; n]);
         assert!(why.contains("6 pixels") && why.contains(&format!("found {n}")), "{why}");
     }
-    assert_eq!(wire.good(0x1003, &eye, b""), [&size[..], &grey].concat(), "as before");
+    assert_eq!(wire.good(0x1003, &eye, b""), [&size[..], &grey].concat(), "the image must not change");
     for raw in [0x1005, 0x1006] {
         wire.bad(raw, &ints(&[NOBODY]), &[9; 6]);
     }

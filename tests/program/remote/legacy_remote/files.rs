@@ -1,4 +1,4 @@
-//! Tests of client files that are transferred, loaded, erased, and refused.
+//! Tests of files that clients transfer to the program, load and erase, and of files that are refused.
 
 use std::fs;
 
@@ -14,7 +14,7 @@ const ROBOT: &str = "<?xml version=\"1.0\"?>\n<robot name=\"arm\"><link name=\"b
                      <inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial><collision><geometry>\
                      <box size=\"0.1 0.1 0.1\"/></geometry></collision></link></robot>\n";
 
-/// A served scene with a folder for files, and client files in another folder.
+/// A served scene with a folder for files of scripts, and a folder for transferred files.
 struct Side {
     place: Place,
     served: Served,
@@ -31,7 +31,7 @@ impl Side {
         let served = Served::with("legacy_remote", scene.to_str().unwrap(), &["--files", files.to_str().unwrap()]);
         Side { place, served }
     }
-    /// Returns the contents of the folder for transferred files, in order.
+    /// Returns the names in the folder for transferred files, sorted.
     fn transferred(&self) -> Vec<String> {
         let Ok(folder) = fs::read_dir(self.place.path().join("files/transferred")) else { return Vec::new() };
         let mut all: Vec<String> = folder.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
@@ -91,7 +91,7 @@ vrep.simxFinish(client)
 "#
     .replace("FOLDER", side.place.path().to_str().unwrap());
     assert!(good(&client(&side.served, bindings, &program).output().unwrap()).contains("loaded"));
-    // Loaded files stay, each once, since an input log refers to them; the window's file was removed.
+    // Each loaded file is kept once, because input logs refer to it. The file of the window has been removed.
     let kept = side.transferred();
     let of = |ending: &str| kept.iter().filter(|n| n.ends_with(ending)).count();
     assert_eq!((of(".toml"), of(".urdf"), kept.len()), (4, 1, 5), "{kept:?}");
@@ -116,18 +116,18 @@ fn a_transferred_file_replaces_nothing_and_is_erased_alone() {
         assert!(why.contains(name) && why.contains("transferred"), "{why}");
     }
     assert_eq!(side.transferred(), ["old.txt"]);
-    // A client may not erase files that existed before or that are elsewhere.
+    // A client cannot erase files that existed before it transferred them, or files in other folders.
     for name in ["old.txt\0", "empty.txt\0", "scene.toml\0"] {
         wire.bad(0x3006, name.as_bytes(), b"");
     }
     assert!(side.place.path().join("files/empty.txt").is_file() && side.get("old.txt") == "of another run");
-    // A file that could not be loaded stays as well: a replay must fail in the same way.
+    // A file that could not be loaded is also kept, because a replay must fail in the same way.
     wire.good(0x3004, b"bad.toml\0", b"no scene");
     let why = wire.bad(0x3003, b"bad.toml\0", b"");
     assert!(why.contains("bad.toml"), "{why}");
     wire.good(0x3006, b"bad.toml\0", b"");
     assert_eq!(side.get("bad.toml"), "no scene");
-    // The same content again is the same file; other content is another one.
+    // The same content again uses the existing file, but different content creates a new one.
     for (text, files) in [("no scene", 2), ("no scene either", 3), ("no scene", 2)] {
         wire.good(0x3004, b"bad.toml\0", text.as_bytes());
         assert_eq!(side.transferred().len(), files, "{text}");
@@ -151,13 +151,13 @@ fn names_that_lead_elsewhere_are_refused() {
     for name in [&b"libtatu_x.so\0"[..], b"tatu_x.DLL\0"] {
         assert!(wire.bad(0x3004, name, b"text").contains("native library"));
     }
-    // Streaming mode, and a name without its terminating zero.
+    // Streaming mode is refused, and so is a name without a terminating zero.
     assert!(wire.bad_in(2, 0x3004, b"a.txt\0", b"text").contains("once"));
     wire.bad(0x3004, b"a.txt", b"text");
     assert!(side.transferred().is_empty(), "{:?}", side.transferred());
 }
 
-/// A link in place of the folder is refused, and one in place of a file is not followed.
+/// A link in place of the folder is refused, and a link in place of a file is not followed.
 #[cfg(unix)]
 #[test]
 fn links_are_not_followed() {
@@ -189,7 +189,7 @@ fn there_is_room_for_so_many_bytes() {
     bytes.push(7);
     let why = wire.bad(0x3004, b"larger.bin\0", &bytes);
     assert!(why.contains(&most.to_string()) && why.contains(&(most + 1).to_string()), "{why}");
-    // The size of the whole folder: a sparse file counts with its full size.
+    // The limit is on the size of the whole folder, in which a sparse file counts with its full size.
     side.put("full.bin", "");
     let full = fs::File::options().write(true).open(side.place.path().join("files/transferred/full.bin")).unwrap();
     full.set_len(192 << 20).unwrap();
@@ -227,7 +227,7 @@ vrep.simxFinish(client)
     let hash = |text: &str| text.split("hash ").nth(1).unwrap_or_else(|| panic!("{text}"))[..16].to_owned();
     let again = place.tatu(&["run", "--replay", "run.log"]).good();
     assert_eq!(hash(&live), hash(&again.err));
-    // The log contains only names: without the file the replay differs, which is reported.
+    // The log contains only the names of files. If a file is missing, the replay differs, which is reported.
     fs::remove_dir_all(place.path().join("transferred")).unwrap();
     let without = place.tatu(&["run", "--replay", "run.log"]);
     assert!(without.code == 1 && without.err.contains("E504"), "{}", without.err);

@@ -1,6 +1,6 @@
-//! A client of raw bytes. It writes messages in the layout of the protocol, all numbers little-endian: packets with a
-//! mark, a size and the number of packets that follow; a header of 18 bytes; commands with a header of 26 bytes, an
-//! argument and data.
+//! A client that writes raw bytes in the format of the protocol. All numbers are little-endian. A message is divided
+//! into packets, each with a mark, its size and the number of packets that follow. It consists of a header of 18 bytes
+//! and of commands with a header of 26 bytes, an argument and data.
 
 use std::{
     io::{Read, Write},
@@ -10,34 +10,34 @@ use std::{
 
 use crate::kit::served::Served;
 
-/// Bytes of a client's packet, without its header.
+/// Maximum size of a client's packet without its header, bytes.
 const PACKET: usize = 1294;
 const BLOCKING: u32 = 1;
 
-/// A connection.
+/// A client's connection.
 pub struct Wire {
     stream: TcpStream,
-    /// The number of messages sent.
+    /// The number of messages sent so far, which is the id of the last one.
     sent: i32,
 }
 
-/// Returns integers as bytes.
+/// Encodes integers as bytes.
 pub fn ints(all: &[i32]) -> Vec<u8> {
     all.iter().flat_map(|i| i.to_le_bytes()).collect()
 }
-/// Returns numbers as bytes.
+/// Encodes floats as bytes.
 pub fn floats(all: &[f32]) -> Vec<u8> {
     all.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
-/// Returns the integer that begins at an offset.
+/// Decodes the integer at an offset.
 pub fn int_at(bytes: &[u8], at: usize) -> i32 {
     i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
 }
-/// Decodes bytes as numbers.
+/// Decodes bytes as floats.
 pub fn floats_of(bytes: &[u8]) -> Vec<f32> {
     bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
 }
-/// Compares numbers within the precision of 32 bits.
+/// Checks that bytes encode the expected floats, within the precision of 32 bits.
 #[track_caller]
 pub fn near(bytes: &[u8], expected: &[f32]) {
     let found = floats_of(bytes);
@@ -46,19 +46,19 @@ pub fn near(bytes: &[u8], expected: &[f32]) {
 }
 
 impl Wire {
-    /// Connects to a program.
+    /// Connects to a served program.
     pub fn new(served: &Served) -> Wire {
         let stream = served.connect();
         stream.set_nodelay(true).unwrap();
         Wire { stream, sent: 0 }
     }
 
-    /// Sends a message of commands, and returns the answer.
+    /// Sends a message with encoded commands, and returns the answer.
     fn message(&mut self, commands: &[u8]) -> Vec<u8> {
         let (id, clock) = (self.sent, 1000 + self.sent);
         self.sent += 1;
-        // Checksum, version, message number and the client's clock; the server ignores the fields that it fills in
-        // itself.
+        // The header contains checksum, version, message id and the client's clock. The server ignores the fields that
+        // it fills in in its answers.
         let mut message = vec![0, 0, 11];
         message.extend(ints(&[id, clock]));
         message.extend([0xAB; 7]);
@@ -84,19 +84,19 @@ impl Wire {
                 break;
             }
         }
-        assert_eq!((answer[2], int_at(&answer, 7)), (11, clock), "the version, and the client's clock again");
+        assert_eq!((answer[2], int_at(&answer, 7)), (11, clock), "expected the version and the client's clock");
         assert!(int_at(&answer, 3) <= id && answer.len() >= 18);
         answer
     }
 
-    /// Runs a command in a mode; returns the status and the data of its answer.
+    /// Runs a command in a mode, and returns the status and the data of its answer.
     fn ask(&mut self, mode: u32, raw: u16, of: &[u8], data: &[u8]) -> (u8, Vec<u8>) {
         let code = (mode << 16 | u32::from(raw)) as i32;
         let size = (26 + of.len() + data.len()) as i32;
         let mut command = ints(&[size, size]);
         command.extend((of.len() as u16).to_le_bytes());
         command.extend(ints(&[0, code]));
-        // There is no delay; the remaining fields are ignored, except for the status.
+        // The delay is 0. The remaining fields are ignored, except for the status.
         command.extend([0, 0, 0xAB, 0xAB, 0xAB, 0xAB, 0, 0xAB]);
         command.extend([of, data].concat());
         let mut answer = self.message(&command);
@@ -106,16 +106,16 @@ impl Wire {
                 break;
             }
             std::thread::sleep(Duration::from_millis(1));
-            // Only a header: the command is not done yet.
+            // The answer is only a header if the command is not done yet.
             assert_eq!(int_at(&answer, 3), -1);
             answer = self.message(&[]);
         }
-        assert_eq!(int_at(&answer, 3), id, "the answered message");
+        assert_eq!(int_at(&answer, 3), id, "the answer has another message id");
         let found = &answer[18..];
         assert_eq!((int_at(found, 0), int_at(found, 4)), (found.len() as i32, found.len() as i32));
         assert_eq!(usize::from(u16::from_le_bytes([found[8], found[9]])), of.len());
-        assert_eq!((int_at(found, 10), int_at(found, 14)), (0, code), "the code again");
-        assert_eq!(&found[26..26 + of.len()], of, "what it is of again");
+        assert_eq!((int_at(found, 10), int_at(found, 14)), (0, code), "expected the code");
+        assert_eq!(&found[26..26 + of.len()], of, "expected the argument");
         (found[24], found[26 + of.len()..].to_vec())
     }
 
@@ -138,20 +138,20 @@ impl Wire {
     pub fn bad(&mut self, raw: u16, of: &[u8], data: &[u8]) -> String {
         self.bad_in(BLOCKING, raw, of, data)
     }
-    /// Does the same in a given mode.
+    /// Like the method without `_in`, in a given mode.
     #[track_caller]
     pub fn bad_in(&mut self, mode: u32, raw: u16, of: &[u8], data: &[u8]) -> String {
         let (status, answer) = self.ask(mode, raw, of, data);
-        assert_eq!((status & 1, answer.len()), (1, 0), "{raw:#06x} is done");
+        assert_eq!((status & 1, answer.len()), (1, 0), "{raw:#06x} must fail");
         let why = self.why();
         assert!(why.starts_with(&format!("{raw:#06x}: ")), "{why}");
         why
     }
-    /// Returns the last error; there must be exactly one since the previous request.
+    /// Returns the last error. There must be exactly one since the previous request.
     #[track_caller]
     fn why(&mut self) -> String {
         let (status, answer) = self.ask(BLOCKING, 4, b"", b"");
-        assert_eq!((status, int_at(&answer, 0)), (0, 1), "one error is told");
+        assert_eq!((status, int_at(&answer, 0)), (0, 1), "expected one error");
         assert_eq!(answer.last(), Some(&0));
         String::from_utf8(answer[4..answer.len() - 1].to_vec()).unwrap()
     }

@@ -70,7 +70,7 @@ pub(super) fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row
     })
 }
 
-/// Numbers of pixels that differ from the hits of rays.
+/// The number of pixels that differ from the hits of rays, by type of difference.
 #[derive(Debug, Default)]
 pub(super) struct Beside {
     /// Pixels with a different depth.

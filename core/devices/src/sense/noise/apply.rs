@@ -1,9 +1,9 @@
 //! The stages of noise, in order: shift, walk, random walk, white, uniform, outliers, clamp, step, inverse step,
 //! limits, dropout.
 //!
-//! The random numbers of an element depend only on the sensor's seed, its number of measurements, the field's name, the
-//! stage and the element's index, not on any earlier draw or any other sensor. Parts can therefore be computed in any
-//! order.
+//! The random numbers of an element depend only on the sensor's seed, the number of its previous measurements, the
+//! field's name, the stage and the element's index. They do not depend on earlier draws or on other sensors, so parts
+//! of a field can be computed in any order.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use tatu_scene::noise::{FieldNoise, Meant};
 use super::numbers::{FieldNumbers, FieldNumbersMut, rounded};
 use crate::sense::random::Key;
 
-/// Numbers of the stages that draw random numbers, which are added to the field's stream.
+/// Offsets that are added to the field's stream, one for each use of random numbers.
 const SHIFT: u64 = 1;
 const WALK: u64 = 2;
 const WHITE: u64 = 3;
@@ -24,7 +24,7 @@ const OUTLIER: u64 = 6;
 const DROPOUT: u64 = 7;
 const RANDOM_WALK: u64 = 8;
 const DENSITY: u64 = 9;
-/// The measurement count for numbers that are drawn once per run.
+/// Takes the place of the measurement count in the keys of numbers that are drawn once per run.
 const ONCE: u64 = u64::MAX;
 
 /// Number of elements processed at once.
@@ -41,11 +41,12 @@ pub(super) struct FieldPlan {
     pub components: usize,
     nothing: Option<Vec<f64>>,
     noise: FieldNoise,
-    /// Stream of its random numbers, derived from the field's name, so that other fields of the kind have no influence.
+    /// Stream of the field's random numbers, derived from its name, so that it does not depend on the kind's other
+    /// fields.
     stream: u64,
 }
 
-/// The inputs of one measurement.
+/// The inputs of the noise of a field in one measurement.
 pub(super) struct Measure<'a> {
     pub seed: u64,
     pub drawn: u64,
@@ -53,7 +54,7 @@ pub(super) struct Measure<'a> {
     pub of: Option<FieldNumbers<'a>>,
     /// The field that marks valid elements, and how many elements share one mark.
     pub valid: Option<(FieldNumbers<'a>, usize)>,
-    /// Offsets that are the same for all rows, one per component.
+    /// Offsets per component, which are the same for all rows.
     pub bias: Vec<f64>,
     /// Time from one measurement to the next, s.
     pub period: f64,
@@ -79,7 +80,8 @@ struct Part<'a> {
 }
 
 impl FieldPlan {
-    /// Builds the plan for a field, or returns `None` if the kind has no such field, for example in a new version.
+    /// Builds the plan for a field. Returns `None` if the kind has no such field, for example because a new version of
+    /// its plugin removed it.
     pub fn new(kind: &SensorKind, name: &str, noise: &FieldNoise) -> Option<Self> {
         let find = |name: &String| tatu_scene::noise::meant(kind, name).ok().map(|m| m.index);
         let Meant { index, components, nothing, valid: usual, .. } = tatu_scene::noise::meant(kind, name).ok()?;
@@ -104,8 +106,8 @@ impl FieldPlan {
         })
     }
 
-    /// Computes the stages before white noise, and advances the walks. Returns an offset per component, which is the
-    /// same for all rows.
+    /// Computes the stages before white noise, and advances the walks. Returns an offset per component, which applies
+    /// to all rows.
     pub fn bias(&self, seed: u64, drawn: u64, walk: Option<Walking<'_>>) -> Vec<f64> {
         let mut bias = vec![0.0; self.components];
         let noise = &self.noise;
@@ -146,13 +148,14 @@ impl FieldPlan {
         self.noise.walk.is_some() || !self.noise.random_walk.is_empty()
     }
 
-    /// Applies all other stages. `lost` has one entry per element, or is empty if it is not needed.
+    /// Applies all stages that [`bias`](Self::bias) does not include. `lost` has one entry per element, or is empty if
+    /// it is not needed.
     pub fn apply(&self, data: FieldNumbersMut<'_>, lost: &mut [bool], m: &Measure<'_>, pool: &rayon::ThreadPool) {
         let n = data.len();
         if n <= TASK {
             return self.part(Part { first: 0, data, lost }, m);
         }
-        // The size of a task is a multiple of that of a block, which consists of whole rows.
+        // The size of a task is a multiple of the block size, because a block consists of whole rows.
         let task = TASK / self.block() * self.block();
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(n.div_ceil(task));
         let mut losts = lost.chunks_mut(task);
@@ -260,7 +263,8 @@ impl FieldPlan {
         }
     }
 
-    /// Finds invalid elements, marked by another field or by their own value, which must not be changed.
+    /// Clears `there` for elements that are invalid according to another field or their own value, which must not be
+    /// changed.
     fn find_nothing(&self, value: &[f64], there: &mut [bool], first: usize, m: &Measure<'_>) {
         match (&m.valid, &self.nothing) {
             (Some((valid, group)), _) => {
@@ -314,8 +318,7 @@ fn symmetric(key: Key, first: u64, out: &mut [f64]) {
     (first..).zip(out).for_each(|(i, x)| *x = 2.0 * key.uniform(i) - 1.0);
 }
 
-/// Adds random numbers multiplied by their size. If the size is 0, nothing is added, so that no bit of the value
-/// changes.
+/// Adds random numbers multiplied by `size`. If the size is 0, nothing is added, so that no bit of the value changes.
 fn add(value: &mut [f64], drawn: &[f64], size: &[f64]) {
     let sum = |v: f64, d: f64, s: f64| if s > 0.0 { v + s * d } else { v };
     match size {
@@ -331,7 +334,8 @@ fn for_components(value: &mut [f64], size: &[f64], f: impl Fn(f64, f64) -> f64) 
     }
 }
 
-/// Adds normal numbers whose standard deviation is a polynomial in `x`; negative values count as 0.
+/// Adds normal numbers whose standard deviation is a polynomial in `x`; negative values of the polynomial are treated
+/// as 0.
 fn white(value: &mut [f64], x: &[f64], drawn: &[f64], sigma: &[Vec<f64>]) {
     let sum = |v: f64, s: f64, d: f64| if s > 0.0 && s < f64::INFINITY { v + s * d } else { v };
     let all = value.iter_mut().zip(x).zip(drawn);

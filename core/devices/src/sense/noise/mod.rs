@@ -1,9 +1,9 @@
 //! Noise that the host applies to the fields of a sensor after each measurement.
 //!
 //! - `numbers`: access to the elements of a field of any type; `apply`: the stages of noise, in order;
-//! - this module: the state stored between measurements: walks and delayed readings.
+//! - this module: the state that is stored between measurements, which consists of walks and delayed readings.
 //!
-//! The noise that a scene declares is a [`NoiseSpec`] of the crate `tatu-scene`.
+//! A scene declares noise as a [`NoiseSpec`] of the crate `tatu-scene`.
 
 mod apply;
 mod numbers;
@@ -27,7 +27,7 @@ use tatu_plugins::SensorKind;
 /// The noise of a sensor, with its state.
 #[derive(Default)]
 pub struct Noise {
-    /// The declaration that it was built from.
+    /// The declaration from which the noise was built.
     spec: Option<Arc<NoiseSpec>>,
     plans: Vec<FieldPlan>,
     latency: f64,
@@ -54,7 +54,7 @@ struct Walks {
     random: Vec<f64>,
 }
 
-/// A delayed reading: its time, number and fields.
+/// A delayed reading: its time, sequence number and fields.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeldReading {
     pub time: f64,
@@ -62,7 +62,7 @@ pub struct HeldReading {
     pub fields: ReadingBuffer,
 }
 
-/// A measurement: its sensor, its time and its fields.
+/// A measurement to which noise is applied.
 pub struct Measured<'a> {
     pub kind: &'a SensorKind,
     pub seed: u64,
@@ -71,7 +71,7 @@ pub struct Measured<'a> {
     /// Time from one measurement to the next, s.
     pub period: f64,
     pub fields: &'a mut [u64],
-    /// For each field: index of its first word, and number of elements.
+    /// For each field, the index of its first word and its number of elements.
     pub spans: &'a [(usize, usize)],
 }
 
@@ -86,7 +86,7 @@ impl Noise {
         &self.memory
     }
 
-    /// Replaces the noise by the scene's current declaration. Walks that continue keep their state.
+    /// Replaces the noise by the scene's current declaration. Walks that are still declared keep their state.
     pub fn follow(now: &mut Option<Box<Noise>>, spec: Option<&Arc<NoiseSpec>>, kind: &SensorKind) {
         let same = match (&*now, spec) {
             (None, None) => true,
@@ -98,7 +98,8 @@ impl Noise {
         }
         let mut memory = now.take().map(|n| n.memory).unwrap_or_default();
         let Some(spec) = spec else {
-            // Without noise there is no delay, so the readings that are still held will be released at the next check.
+            // Without a declaration there is no latency, so the readings that are still held will be released at the
+            // next check.
             if !memory.held.is_empty() {
                 memory.walks.clear();
                 *now = Some(Box::new(Noise { memory, ..Default::default() }));
@@ -171,12 +172,12 @@ impl Noise {
         self.latency > 0.0 || !self.memory.held.is_empty()
     }
 
-    /// Returns the number of the newest reading that is held.
+    /// Returns the sequence number of the newest reading that is held.
     pub fn newest(&self) -> Option<u64> {
         self.memory.held.back().map(|r| r.sequence)
     }
 
-    /// Holds a reading back. It replaces a reading with the same time.
+    /// Holds back a reading. If the newest held reading has the same time, it is replaced.
     pub fn hold(&mut self, reading: HeldReading) {
         if self.memory.held.back().is_some_and(|r| r.time == reading.time) {
             self.memory.held.pop_back();
@@ -184,7 +185,7 @@ impl Noise {
         self.memory.held.push_back(reading);
     }
 
-    /// Returns the newest reading that is old enough, and drops it and all older ones from the held readings.
+    /// Removes all held readings that are old enough to be visible, and returns the newest of them.
     pub fn release(&mut self, now: f64) -> Option<HeldReading> {
         // Times are sums of steps, so the comparison tolerates rounding errors.
         let old = |r: &HeldReading| r.time + self.latency <= now + 1e-9 * (1.0 + now.abs());

@@ -42,7 +42,7 @@ impl<'a> FieldNumbers<'a> {
         }
     }
 
-    /// Copies the elements from index `first` on, as many as `out` can hold.
+    /// Copies as many elements as `out` has, starting at index `first`.
     pub fn load(&self, first: usize, out: &mut [f64]) {
         fn copy<T: Copy + Into<f64>>(from: &[T], out: &mut [f64]) {
             out.iter_mut().zip(from).for_each(|(o, x)| *o = (*x).into());
@@ -121,8 +121,8 @@ impl<'a> FieldNumbersMut<'a> {
         }
     }
 
-    /// Stores the numbers that `put` selects, from element `first` on. Elements of integer fields are set to the
-    /// nearest value in their range, with halves rounded to even.
+    /// Stores the numbers that `put` selects, starting at element `first`. Elements of integer fields are set to the
+    /// nearest value in their range; halves are rounded to even.
     pub fn store(&mut self, first: usize, from: &[f64], put: &[bool]) {
         fn copy<T: Copy>(to: &mut [T], from: &[f64], put: &[bool], cast: impl Fn(f64) -> T) {
             for ((to, x), put) in to.iter_mut().zip(from).zip(put) {
@@ -152,7 +152,7 @@ impl<'a> FieldNumbersMut<'a> {
 }
 
 /// Rounds to the nearest integer, halves to even. An addition and a subtraction suffice, because the intermediate sum
-/// is too large to hold a fraction. They vectorise and give the same result on every platform.
+/// is too large to hold a fraction. They can be vectorised, and yield the same result on every platform.
 #[inline(always)]
 pub(super) fn rounded(x: f64) -> f64 {
     const ROOM: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52

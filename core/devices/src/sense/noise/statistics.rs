@@ -14,7 +14,7 @@ fn errors(noise: &str, value: f64, seed: u64) -> Vec<f64> {
 #[test]
 fn white_noise() {
     white(&errors("many.sigma = 0.01", 3.0, 1), 0.01).unwrap();
-    // Noise over successive measurements, also in single precision.
+    // Noise over successive measurements, in double and single precision.
     let mut s = Sensor::new("one.sigma = 0.5\nsmall.sigma = 0.01", 1, 2);
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for i in 0..N {
@@ -65,7 +65,7 @@ fn a_polynomial_in_the_value_or_in_another_field() {
     assert!(white(&errors("many.sigma = [1.5e-3, -0.5e-3, 0.3e-3]", 3.0, 1), 1.7e-3).is_err());
     white(&errors("many.sigma = [0, 0, 0, 1e-3]", 2.0, 1), 8e-3).unwrap();
     // The polynomial depends on a different field, which is twice as large for half of the elements. The noise of that
-    // field has no influence.
+    // field does not affect it.
     for more in ["", "\nother.sigma = 5"] {
         let mut s = Sensor::new(&format!("many = {{ sigma = [0, 0.01], of = \"other\" }}{more}"), N, 1);
         s.measure(0.0, |f| {
@@ -97,9 +97,9 @@ fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
     for m in [10usize, 40, 200, 1000, 4000, 16_000] {
         let t = m as f64 * 0.1;
         let (is, wanted) = (allan(x, m), allan_of_walk(sigma, tau, t));
-        // Each of the k differences counts about as much as an independent one, so the relative standard deviation is
-        // about 1 / sqrt(2 k), slightly more because neighbours share an average. The tolerance is 4 of these, plus
-        // 0.5 % for averages of few samples.
+        // The k differences are nearly independent, so the relative standard deviation is about 1 / sqrt(2 k), or
+        // slightly more because neighbours share an average. The tolerance is 4 of these, plus 0.5 % for averages of
+        // few samples.
         let close = 4.0 * 1.2 / (2.0 * (x.len() / m - 1) as f64).sqrt() + 0.005;
         if (is / wanted - 1.0).abs() > close {
             return Err(format!("Allan deviation {is} at {t} s, expected {wanted} within {close}"));

@@ -33,7 +33,7 @@ fn kind() -> SensorKind {
         field("test.place", TATU_ELEM_F64, [3, 1, 1]),
         field("test.seen", TATU_ELEM_U8, [0, 1, 1]),
         field("test.raw", TATU_ELEM_U16, [0, 1, 1]),
-        // Fields with a separate field that marks validity; they are 0 where there is no value.
+        // Fields whose validity is marked by a separate field; invalid elements are 0.
         marked("fix.altitude", [1, 1, 1], "0"),
         marked("fix.position", [3, 1, 1], "0 0 0"),
         field("fix.valid", TATU_ELEM_I32, [1, 1, 1]),
@@ -57,7 +57,7 @@ fn kind() -> SensorKind {
     }
 }
 
-/// The fields of a measurement, to be written.
+/// The fields of a measurement, to which tests write.
 pub struct Fields<'a> {
     words: &'a mut [u64],
     spans: &'a [(usize, usize)],
@@ -66,8 +66,8 @@ pub struct Fields<'a> {
 impl Fields<'_> {
     fn typed<T>(&mut self, field: usize) -> &mut [T] {
         let (first, n) = self.spans[field];
-        // SAFETY: `words` is borrowed as long as the slice, and has room for `n` elements of at most 8 bytes from index
-        // `first` on.
+        // SAFETY: `words` is borrowed for as long as the slice, and has room for `n` elements of at most 8 bytes from
+        // index `first` on.
         unsafe { std::slice::from_raw_parts_mut(self.words[first..].as_mut_ptr().cast(), n) }
     }
     pub fn of(&mut self, field: usize) -> &mut [f64] {
@@ -178,7 +178,7 @@ fn what_means_nothing_stays() {
     let mut s = Sensor::new("many.sigma = 1\naltitude.sigma = 1\nposition.sigma = 1", 100, 5);
     s.measure(0.0, |f| f.of(MANY).fill(f64::INFINITY));
     assert!(s.read(MANY).iter().all(|x| *x == f64::INFINITY));
-    // The schema names the field that marks validity: a position of 0 0 0 is valid where there is a fix.
+    // The schema specifies which field marks validity, so a position of 0 0 0 is valid if there is a fix.
     let mut s = Sensor::new("altitude.sigma = 1\nposition.sigma = 1", 1, 5);
     for detected in [0, 1] {
         s.measure(0.0, |f| f.typed::<i32>(VALID)[0] = detected);
@@ -351,7 +351,7 @@ fn readings_are_held_until_they_are_old_enough() {
     assert_eq!(seen(noise.release(0.15)), None);
     // The newest of the readings that are old enough is released.
     assert_eq!(seen(noise.release(0.25)), Some(3));
-    // Two readings of the same time count as one.
+    // A reading replaces an earlier reading with the same time.
     noise.hold(reading(0.15, 9));
     assert_eq!((noise.newest(), seen(noise.release(0.27)), noise.newest()), (Some(9), Some(9), None));
     // Times are sums of steps, with rounding errors.
@@ -410,12 +410,12 @@ fn what_is_wrong_is_named() {
         ("latency_s = 100", "`latency_s`: expected a number from 0 to 10"),
         ("latency_s = -1", "`latency_s`: expected a number"),
         ("mani.sigma = 1", "E101 no field `mani` did you mean `many`"),
-        ("one.sigma = 1", "`one` may mean test.one or else.one full name in quotes"),
-        ("object.sigma = 1", "`test.object` holds objects"),
+        ("one.sigma = 1", "`one` is ambiguous test.one or else.one full name in quotes"),
+        ("object.sigma = 1", "`test.object` contains objects"),
         ("many = 1", "E101 unknown key `many` of `noise`"),
         ("many.sigma = -1", "`sigma`: expected a number, at least 0"),
-        ("many.sigma = [1, \"x\"]", "`sigma`: expected a number, or numbers"),
-        ("many.sigma = []", "`sigma`: expected a number, or numbers"),
+        ("many.sigma = [1, \"x\"]", "`sigma`: expected a number, or [c0, c1, ...]"),
+        ("many.sigma = []", "`sigma`: expected a number, or [c0, c1, ...]"),
         ("many.sigma = [[1], [2]]", "`sigma`: expected one number, found 2"),
         ("many.sigma = nan", "`sigma`: expected a number"),
         ("many.uniform = [1, 2]", "`uniform`: expected one number, found 2"),
@@ -428,14 +428,14 @@ fn what_is_wrong_is_named() {
         ("many.dropout = 1.5", "`dropout`: expected a number from 0 to 1"),
         ("many = { dropout = 0.1, valid = 3 }", "`valid`: expected the name of a field"),
         ("many = { dropout = 0.1, valid = \"position\" }", "`fix.position` cannot mark valid elements of `test.many`"),
-        ("many = { dropout = 0.1, valid = \"many\" }", "names the field itself"),
-        ("many = { sigma = 1, of = \"place\" }", "`test.place` differs in shape from `test.many`"),
+        ("many = { dropout = 0.1, valid = \"many\" }", "refers to the field itself"),
+        ("many = { sigma = 1, of = \"place\" }", "`test.place` must have the same shape as `test.many`"),
         ("many.of = \"other\"", "`of` requires `sigma`"),
         ("many.outliers = { sigma = 1 }", "`outliers` has no `probability`"),
-        ("many.outliers = { probability = 0.1 }", "has no `sigma` or `uniform`"),
+        ("many.outliers = { probability = 0.1 }", "must contain `sigma` or `uniform`"),
         ("many.limits = [2, 1]", "`limits`: expected [lowest, highest]"),
         ("many.sigma = 1\n\"test.many\".sigma = 1", "`noise` configures `test.many` twice"),
-        ("many.sigma = ", "not TOML"),
+        ("many.sigma = ", "not valid TOML"),
     ] {
         let wrong = NoiseSpec::parse(text, Some(&kind)).err().unwrap_or_else(|| panic!("{text} passed"));
         let told = wrong.in_text(text).to_string();
@@ -443,8 +443,8 @@ fn what_is_wrong_is_named() {
             assert!(told.contains(word), "{text}: `{told}` lacks {word}");
         }
     }
-    // The error names the line.
+    // The error message contains the line number.
     let text = "many.sigma = 1\nsmall.sigma = 1\nsmall.step = true";
     let wrong = NoiseSpec::parse(text, Some(&kind)).unwrap_err().in_text(text);
-    assert!(wrong.text.starts_with("line 3 of the noise"), "{}", wrong.text);
+    assert!(wrong.text.starts_with("line 3 of `noise`"), "{}", wrong.text);
 }

@@ -280,7 +280,7 @@ fn equal_forms_are_made_once_and_unused_ones_forgotten() {
         let id = engine.add_body(&body(at(0.0, 0.0, 10.0), mass(1.0, BALL), part(form)));
         let body = &engine.world.bodies[engine.record(id).unwrap().handle];
         let shape = engine.world.colliders[body.colliders()[0]].shared_shape().0.clone();
-        // The body is removed again, so that only this test holds the shape.
+        // The body is removed again, which leaves only this test and the cache with a reference to the shape.
         engine.remove_body(id);
         (shape, engine.shapes.primitives.len())
     };

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::*;
 use crate::{Drive, JointDesc, JointForm, JointId, JointKind, JointState, Passive};
 
-/// Adds a rod of 1 kg and length `2 * reach`, held at its end; the axis is -y, so that positive positions lift it.
+/// Adds a rod of 1 kg and length `2 * reach`, held at its end. The axis is -y, so positive positions lift the rod.
 fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let axis = turned(Vector3::zeros(), Vector3::x(), FRAC_PI_2);
@@ -177,7 +177,7 @@ fn limits() {
     assert!((way + 0.2).abs() < 1e-3, "{way}");
 }
 
-/// A fixed joint is rigid: a weight held out sideways stays there.
+/// A fixed joint is rigid: a weight held out sideways does not sag.
 #[test]
 fn fixed_joint() {
     let mut engine = engine(0.01);

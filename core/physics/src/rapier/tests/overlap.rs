@@ -35,7 +35,7 @@ fn parted_pairs_are_forgotten() {
     assert!(hooks.into_iter().all(|h| h.is_empty()));
 }
 
-/// A pair does not count as overlapping if it only touches, or penetrates by so little that the engine corrects it
+/// A pair is not considered to overlap if it only touches, or penetrates by so little that the engine corrects it
 /// slowly anyway.
 #[test]
 fn touching_is_not_overlapping() {
@@ -46,7 +46,7 @@ fn touching_is_not_overlapping() {
     assert!(engine.tables.partings.is_empty());
 }
 
-/// Overlapping bodies that a joint connects stay as they are.
+/// Overlapping bodies that a joint connects are not separated.
 #[test]
 fn what_is_tied_stays() {
     for form in [JointForm::Reduced, JointForm::Impulse] {

@@ -125,7 +125,7 @@ fn quarantine() {
     }
 }
 
-/// A body with invalid values from the start is created, frozen and reported, so that ids stay dense.
+/// A body with invalid values from the start is created, frozen and reported, which keeps ids dense.
 #[test]
 fn quarantine_from_the_start() {
     let mut engine = engine(0.01);

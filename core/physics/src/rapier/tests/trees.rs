@@ -38,7 +38,7 @@ fn pusher() -> Pusher {
     let mut engine = engine(0.005);
     floor(&mut engine);
     let post = engine.add_body(&fixed(at(0.0, 0.0, 0.1), vec![]));
-    // The block has no friction, so that it carries no part of the weight of the cube that it pushes.
+    // The block has no friction, and thus does not carry a part of the weight of the cube that it pushes.
     let desc = body(at(0.0, 0.0, 0.1), mass(1.0, [1.0 / 150.0; 3]), part(Form::Box { half: Vector3::repeat(0.1) }));
     let block = engine.add_body(&BodyDesc { friction: 0.0, ..desc });
     let cube = cube_at(&mut engine, 0.3, 0.1, 2);
@@ -64,7 +64,7 @@ fn what_a_link_touches_is_adopted_and_given_back() {
     engine.drive(joint, Drive::Velocity { target: -0.2, max_force: 100.0, slip: 0.0 });
     engine.advance(200);
     assert!(!adopted(&engine, cube) && adopted(&engine, block));
-    // A cube on top of the pushed cube is adopted, too.
+    // A cube on top of the pushed cube is also adopted.
     let top = cube_at(&mut engine, x, 0.3, 3);
     engine.drive(joint, Drive::Velocity { target: 0.2, max_force: 100.0, slip: 0.0 });
     engine.advance(300);
@@ -207,7 +207,7 @@ fn mechanisms_in_a_crowd_are_left_to_the_engine() {
     assert!((state.velocity + 0.4).abs() < 1e-6 && (state.position + 0.6).abs() < 0.02, "{state:?}");
 }
 
-/// Free bodies are adopted before a link or an adopted body hits them at speed, so that momentum is conserved.
+/// Free bodies are adopted before a link or an adopted body hits them at speed, which conserves momentum.
 #[test]
 fn fast_hits_keep_momentum() {
     for speed in [0.1, 1.0, 7.0] {
@@ -226,8 +226,8 @@ fn fast_hits_keep_momentum() {
     }
 }
 
-/// A tree that touches a mechanism in reduced form, directly or through a free cube, is left to rapier, so that
-/// momentum is conserved. It becomes a tree again after the two have been apart for a while.
+/// A tree that touches a mechanism in reduced form, directly or through a free cube, is left to rapier, which conserves
+/// momentum. It becomes a tree again after the two have been apart for a while.
 #[test]
 fn mechanisms_that_meet_others_are_left_to_the_engine() {
     for between in [false, true] {

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::*;
 use crate::{Drive, JointDesc, JointForm, JointId, JointKind, Passive};
 
-/// A joint at half a turn stays there if its limits include that angle, although rapier's angle wraps there.
+/// A joint at half a turn remains at that angle if its limits include it, although rapier's angle wraps there.
 #[test]
 fn limits_beyond_half_a_turn_hold() {
     for form in [JointForm::Reduced, JointForm::Impulse] {
@@ -25,7 +25,7 @@ fn limits_beyond_half_a_turn_hold() {
     }
 }
 
-/// Between limits more than a turn apart, positions count whole turns.
+/// Between limits more than a turn apart, positions include whole turns.
 #[test]
 fn turns_between_limits_count() {
     for form in [JointForm::Reduced, JointForm::Impulse] {

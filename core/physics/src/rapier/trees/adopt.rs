@@ -1,5 +1,5 @@
-//! Adoption of free bodies: a free body that a tree touches becomes a tree itself until the two are apart again, so
-//! that both sides of a contact are solved together.
+//! Adoption of free bodies. A free body that a tree touches becomes a tree itself until the two are apart again, which
+//! allows both sides of a contact to be solved together.
 //!
 //! The decisions depend only on the state of the engine. Free bodies that can be reached from a link through contacts
 //! are adopted, and released when they have been out of reach for a while. A mechanism that reaches a body that cannot
@@ -174,7 +174,7 @@ impl Rapier {
         reach
     }
 
-    /// Returns the bodies with an active contact with a body, in order of ids.
+    /// Returns the bodies that have an active contact with a body.
     fn touching(&self, body: BodyId) -> BTreeSet<BodyId> {
         let Some(record) = self.record(body) else { return BTreeSet::new() };
         let colliders = self.world.bodies[record.handle].colliders();

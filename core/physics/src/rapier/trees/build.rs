@@ -63,8 +63,8 @@ impl Rapier {
             .collect()
     }
 
-    /// Returns whether a joint may be part of a tree: its child body is dynamic and has no other parent, and the joint
-    /// closes no loop.
+    /// Returns whether a joint can be part of a tree: its child body is dynamic and has no other parent, and the joint
+    /// does not close a loop.
     pub(in crate::rapier) fn may_join_tree(&self, desc: &JointDesc) -> bool {
         let above = |body: BodyId| {
             let joints = self.tables.joints.iter().flatten();
@@ -246,7 +246,7 @@ impl Rapier {
         }
     }
 
-    /// Schedules a rebuild of the trees on a fixed body, so that they follow its new pose.
+    /// Schedules a rebuild of the trees on a fixed body, by which they follow the body's new pose.
     pub(in crate::rapier) fn move_trees(&mut self, body: BodyId) {
         for mechanism in self.tables.mechanisms.iter_mut().filter(|m| m.root == body && m.bodies.first() != Some(&body))
         {
@@ -262,7 +262,7 @@ impl Rapier {
                 None => (None, Isometry3::identity(), Joint::Free, Isometry3::identity(), Default::default(), None),
                 Some(record) => {
                     let parent = mechanism.bodies.iter().position(|b| *b == record.bodies.0);
-                    // Positions in a tree are counted from the joint's own zero; rapier's frame is rotated by `zero`.
+                    // Positions in a tree are measured from the joint's own zero; rapier's frame is rotated by `zero`.
                     let back = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -record.zero);
                     let carrier = match parent {
                         Some(parent) => *to_body.get(parent)?,
@@ -314,7 +314,7 @@ impl Rapier {
         })
     }
 
-    /// Sets the drives and springs of a mechanism's joints, which may change between steps.
+    /// Sets the drives and springs of a mechanism's joints, which can change between steps.
     pub(super) fn set_tree_drives(&mut self, index: usize) {
         let Some(mut built) = self.tables.mechanisms[index].built.take() else { return };
         for (link, joint) in self.tables.mechanisms[index].joints.iter().enumerate() {

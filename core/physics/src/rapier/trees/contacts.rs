@@ -16,8 +16,8 @@ use crate::{
     rapier::{report, state::Rapier},
 };
 
-/// Distance up to which bodies that do not approach count as near, m: more than an acceleration of 100 m/s^2 covers in
-/// a step of 5 ms.
+/// Maximum distance of a contact between bodies that do not approach each other, m: more than an acceleration of 100
+/// m/s^2 covers in a step of 5 ms.
 const NEAR: f64 = 2e-3;
 
 /// A contact, with the data needed to report it.
@@ -183,7 +183,7 @@ impl Rapier {
         Some(Found { contact, key, face: 0, bodies: (a.body, b.body), place: middle, total: Vector3::zeros() })
     }
 
-    /// Discards the stored contacts of a body that is about to be removed, because rapier may reuse the indices of its
+    /// Discards the stored contacts of a body that is about to be removed, because rapier can reuse the indices of its
     /// colliders.
     pub(in crate::rapier) fn forget_contacts(&mut self, body: BodyId) {
         let Some(handle) = self.record(body).map(|r| r.handle) else { return };

@@ -51,7 +51,7 @@ impl Rapier {
             let reduced = self.add_reduced(&desc, joints::build(&desc, frames, zero));
             if let (Some(reduced), Some(Some(record))) = (reduced, self.tables.joints.get_mut(id.0 as usize)) {
                 record.held = Held::Reduced(reduced);
-                // The new joint in reduced form has all of the dry friction.
+                // The new joint in reduced form includes all of the dry friction.
                 record.folded = 0.0;
                 mark(&mut self.tables.changed, *id, record);
             }

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{BodyId, convert, rapier::state::Rapier};
 
-/// Total number of velocities of all trees from which stepping them on several threads pays off.
+/// Minimum total number of velocities of all trees for which stepping them on several threads pays off.
 const MANY: usize = 64;
 
 /// Trees that touch each other, with their contacts.
@@ -164,7 +164,7 @@ impl Rapier {
                 built.poses[link] = pose;
                 let velocity = built.kinematics.velocity(link, pose.translation.vector);
                 let (angular, linear) = velocity.unwrap_or_default();
-                // Rapier treats a body as changed whenever it is set, even to the same values.
+                // Rapier treats a body as changed whenever its state is set, even to the same values.
                 let (pose, linear, angular) =
                     (convert::pose(&pose), convert::vector(&linear), convert::vector(&angular));
                 let body = &self.world.bodies[handle];

@@ -1,4 +1,4 @@
-//! Changes of a scene to a model: objects that it adds, removes and replaces.
+//! Changes that a scene makes to a model: objects that it adds, removes and replaces.
 
 use std::collections::BTreeSet;
 
@@ -11,10 +11,10 @@ use super::{
     Reader,
 };
 
-/// The slot of a model that another model is mounted in.
+/// A slot of a model in which another model is mounted.
 #[derive(Clone, Copy)]
 pub(super) struct Mounted<'a> {
-    /// The model with the slot.
+    /// Id of the model that has the slot.
     model: &'a str,
     slot: &'a Slot,
 }
@@ -49,7 +49,7 @@ impl Mounted<'_> {
 }
 
 impl Reader<'_> {
-    /// Applies the keys that every model may have: alias, unique name, changed parts, scripts and changed properties.
+    /// Applies the keys that every model can have: alias, unique name, changed parts, scripts and changed properties.
     /// Returns the base.
     pub(super) fn finish(
         &mut self,
@@ -128,7 +128,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Adds a model or an object below another object. Returns its index.
+    /// Adds a model or an object below another object. Returns the index of the model's base or of the object.
     fn part(
         &mut self,
         b: &mut Builder<'_>,
@@ -191,8 +191,8 @@ fn below(b: &Builder<'_>, base: usize, path: &str) -> Result<usize> {
     Err(Error::new("E110", text).expected("a path below the base, such as \"part/piece\""))
 }
 
-/// Returns all descendants of the base of a model that a path matches. Its last part may contain the wildcards `*` and
-/// `?`.
+/// Returns all descendants of the base of a model that match a path. The last part of the path can contain the
+/// wildcards `*` and `?`.
 fn all_below(b: &Builder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
     let (above, pattern) = path.rsplit_once('/').unwrap_or(("", path));
     if !pattern.contains(['*', '?']) {
@@ -207,7 +207,8 @@ fn all_below(b: &Builder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
     Ok(found)
 }
 
-/// Returns a slot and its object. Parts can be added to any object of a model that declares no slots.
+/// Returns a slot of a model, by name, and the object of the slot. If the model declares no slots, the name can be the
+/// path of any of its objects, and no slot is returned.
 fn slot<'s>(
     b: &Builder<'_>,
     (id, slots): (&str, &'s [Slot]),

@@ -25,7 +25,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Returns the number of the image in a file, which must be in the scene's folder or below.
+    /// Returns the number of the image in a file, which must be in the scene's folder or one of its subfolders.
     fn image(&mut self, b: &mut Builder<'_>, name: &str) -> Result<i64> {
         let folder = self.text.file.parent().unwrap_or(Path::new("")).to_owned();
         let file = folder.join(name);

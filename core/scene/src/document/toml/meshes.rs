@@ -37,7 +37,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Returns the number of the mesh in a file, which must be in the scene's folder or below.
+    /// Returns the number of the mesh in a file, which must be in the scene's folder or one of its subfolders.
     fn mesh(&mut self, b: &mut Builder<'_>, name: &[u8]) -> Result<Value> {
         let name = String::from_utf8_lossy(name).into_owned();
         let folder = self.text.file.parent().unwrap_or(Path::new("")).to_owned();
@@ -53,7 +53,7 @@ impl Reader<'_> {
         let bytes = from.read(&name, &b.document.sources)?.ok_or_else(lacks)?;
         let choice = self.registry.importer_of(&file, &bytes, &b.document.settings.providers)?;
         let choice = choice.ok_or_else(|| self.registry.no_importer(Path::new(&name)))?;
-        // All other contents of the file go to a separate document, which is discarded.
+        // The file is imported to a separate document, of which only the mesh is used.
         let mut alone = Document { sources: b.document.sources.clone(), ..Default::default() };
         let mut inner =
             Builder { registry: self.registry, document: &mut alone, group: 0, place: b.place.clone(), texts: b.texts };
@@ -70,7 +70,7 @@ impl Reader<'_> {
     }
 }
 
-/// Returns the only mesh of a document, or the joined meshes of its only shape, since importers split a mesh by
+/// Returns the only mesh of a document, or the joined meshes of its only shape, because importers split meshes by
 /// material.
 fn only_mesh(document: &Document) -> Option<Mesh> {
     if let [mesh] = document.meshes.as_slice() {
@@ -94,7 +94,7 @@ fn only_mesh(document: &Document) -> Option<Mesh> {
     (!joined.triangles.is_empty()).then_some(joined)
 }
 
-/// Returns the folders that files must be in: the folder of the current file and that of the scene.
+/// Returns the folders in or below which files must be: the folder of the current file and that of the scene.
 pub(super) fn roots(b: &Builder<'_>, folder: PathBuf) -> Vec<PathBuf> {
     let scene = b.document.file.as_ref().and_then(|f| f.parent()).map(PathBuf::from);
     [folder].into_iter().chain(scene).collect()

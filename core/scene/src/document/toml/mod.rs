@@ -1,8 +1,6 @@
-//! Scene files.
-//!
-//! `[scene]` holds the settings of the world, `[[model]]` places models, `[[import]]` files in other formats,
-//! `[[object]]` single objects; `[set]` changes properties by path, and `[providers]` chooses the plugin for a schema
-//! or language.
+//! Scene files. `[scene]` contains the settings of the world. `[[model]]` places models, `[[import]]` files in other
+//! formats, and `[[object]]` single objects. `[set]` changes properties by path, and `[providers]` chooses the plugin
+//! for a schema or language.
 //!
 //! - this module: [`load`], and the reader of a file's tables, in order;
 //! - `scene`: `[scene]`, `[permissions]` and `[providers]`; `needs`: required plugins;
@@ -53,11 +51,11 @@ pub use write::{Written, folder_beside, save, write};
 /// Options of a run that affect the scene.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Seed that overrides that of the file.
+    /// Seed that overrides the file's, if any.
     pub seed: Option<u64>,
     /// `--set`: overrides of properties, in order.
     pub set: Vec<Override>,
-    /// `--script`: scripts that replace those of objects.
+    /// `--script`: scripts that replace the scripts of objects.
     pub scripts: Vec<ScriptOverride>,
     /// `--service`: services to add, or whose parameters are overridden.
     pub services: Vec<ServiceOverride>,
@@ -68,13 +66,13 @@ pub struct Options {
     pub allow: Vec<String>,
     /// Whether importers should describe their files; see [`Document::description`].
     pub describe: bool,
-    /// Source of the files; the disk by default.
+    /// The source files; by default, they are read from disk.
     pub sources: Sources,
 }
 
-/// Returns the plugin folders that a scene names in `[scene]`, without reading the rest of the file.
+/// Returns the plugin folders that `[scene]` lists, without checking the rest of the file.
 pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
-    // A file in a different format cannot name plugin folders.
+    // A file in a different format cannot list plugin folders.
     let Ok(text) = String::from_utf8(read_bytes(file, sources)?) else { return Ok(Vec::new()) };
     let Ok(doc) = toml_edit::Document::parse(text.as_str()) else { return Ok(Vec::new()) };
     let here = file.parent().unwrap_or(Path::new(""));
@@ -84,9 +82,9 @@ pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
 
 /// Loads a scene file as a document.
 pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Document> {
-    // Parameters of models that were set as properties: the models must be rebuilt with them.
+    // Parameters of models that overrides have set; the models must be built with these values.
     let mut model_params: Arc<[(usize, String, Value)]> = [].into();
-    // Each round determines at least one more parameter, and no realistic scene overrides as many.
+    // Each round determines at least one more parameter, and no realistic scene overrides this many.
     for _ in 0..10_000 {
         let mut document = Reader::read(file, registry, model_params.clone(), options)?;
         let set = std::mem::take(&mut document.sets);
@@ -149,15 +147,15 @@ fn read_bytes(file: &Path, sources: &Sources) -> Result<Vec<u8>> {
 
 fn unreadable(file: &Path, why: &str) -> Error {
     Error::new("E105", format!("cannot read the scene {}: {why}", file.display()))
-        .help("give the path of a scene file, for instance one in `scenes/`")
+        .help("specify the path of a scene file, such as one in `scenes/`")
 }
 
 struct Reader<'a> {
     text: keys::Text<'a>,
     registry: &'a Registry,
-    /// Numbers of the meshes read from files.
+    /// Numbers of the meshes that have been read from files, by path.
     meshes: BTreeMap<PathBuf, i64>,
-    /// Numbers of the images read from files.
+    /// Numbers of the images that have been read from files, by path.
     images: BTreeMap<PathBuf, i64>,
 }
 
@@ -231,8 +229,8 @@ impl<'a> Reader<'a> {
         Ok(document)
     }
 
-    /// Reads the current file; objects without a parent are placed below `parent`. `top`: whether the file is the scene
-    /// itself, so that its settings and services apply.
+    /// Reads the current file. Objects without a parent are placed below `parent`. If `top` is set, the file is the
+    /// scene itself, and its settings and services apply.
     fn file(&mut self, b: &mut Builder<'_>, parent: Option<usize>, top: bool) -> Result {
         let doc = toml_edit::Document::parse(self.text.text).map_err(|e| {
             let error = Error::new("E100", format!("not a TOML file: {}", e.message()));
@@ -335,8 +333,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Returns `[[model]]`, `[[import]]` and `[[object]]` tables in file order, so that objects can have models as
-    /// parents and vice versa.
+    /// Returns `[[model]]`, `[[import]]` and `[[object]]` tables in file order. An object can thus have a preceding
+    /// model as its parent, and vice versa.
     fn in_order<'t>(&self, root: &'t toml_edit::Table) -> Result<Vec<(&'static str, &'t dyn TableLike)>> {
         let mut out: Vec<(usize, &'static str, &dyn TableLike)> = Vec::new();
         for what in ["model", "import", "object"] {
@@ -360,12 +358,12 @@ impl<'a> Reader<'a> {
 
     fn string(&self, table: &dyn TableLike, key: &str, item: &Item) -> Result<String> {
         item.as_str().map(str::to_owned).ok_or_else(|| {
-            Error::new("E102", format!("`{key}`: expected a text")).at(Some(self.text.value(table, key)))
+            Error::new("E102", format!("`{key}`: expected a string")).at(Some(self.text.value(table, key)))
         })
     }
 }
 
-/// Returns whether a table describes a sensor or an actuator, whose kind may be left out.
+/// Returns whether a table describes a sensor or an actuator, for which the key `kind` can be omitted.
 fn is_device(table: &dyn TableLike) -> bool {
     ["sensor", "actuator"].iter().any(|k| table.contains_key(k))
 }

@@ -12,21 +12,21 @@ use super::{
     naming::{describes_model, find, name_of, remembered, unreadable},
 };
 
-/// The meaning of the name of a model.
+/// What the name of a model refers to.
 pub(super) enum Named {
-    /// The model of a plugin, by its index.
+    /// The model of a plugin, by index in the registry.
     Code(usize),
     /// A model that a plugin has read from text.
     Text(Box<Model>),
     /// A scene file without a table `[model]`.
     Scene(PathBuf),
-    /// A file in another format.
+    /// A file in a different format, which an importer reads.
     File(PathBuf),
 }
 
 impl Reader<'_> {
-    /// Resolves a name: to a file, if it ends with `.toml`; otherwise to a model of a plugin, or to a model in one of
-    /// the model folders.
+    /// Resolves the name of a model. A name that ends with `.toml` refers to a file, and any other name to a model of a
+    /// plugin or in one of the model folders.
     pub(super) fn named(&self, b: &Builder<'_>, id: &str) -> Result<Named> {
         if id.ends_with(".toml") {
             let file = self.text.file.parent().unwrap_or(Path::new("")).join(id);

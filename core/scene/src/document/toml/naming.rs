@@ -8,8 +8,8 @@ use toml_edit::Item;
 
 use super::super::sources::Sources;
 
-/// Returns the key under which the sources of a document store the path of a model, so that the same model is found
-/// again without the disk. It is not the path of an actual file.
+/// Returns the key under which the sources of a document store the path of a model's file, by which the model is found
+/// when the document is rebuilt without the disk. It is not the path of an actual file.
 pub(super) fn remembered(id: &str) -> PathBuf {
     Path::new("<models>").join(id)
 }
@@ -20,7 +20,7 @@ pub(super) fn describes_model(text: &str) -> bool {
         && toml_edit::Document::parse(text).is_ok_and(|doc| matches!(doc.get("model"), Some(Item::Table(_))))
 }
 
-/// Returns the file of a model by its name: the stored one if the sources are closed, otherwise that in the model
+/// Returns the file of a model by name: the stored path if the sources are closed, otherwise the file in the model
 /// folders.
 pub(super) fn find(id: &str, registry: &Registry, sources: &Sources) -> Option<PathBuf> {
     match sources.are_kept() {

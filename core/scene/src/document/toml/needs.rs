@@ -10,7 +10,7 @@ use super::Reader;
 const EXPECTED: &str = "a plugin's id, with or without a version: \"org.author.imu\", \"org.author.imu >= 1.2\"";
 
 impl Reader<'_> {
-    /// Checks that all plugins that a scene, or a model in it, needs are loaded.
+    /// Checks that all plugins that a scene, or a scene used as a model, requires are loaded.
     pub(super) fn needs(&self, scene: &dyn TableLike) -> Result {
         let Some(item) = scene.get("needs") else { return Ok(()) };
         let place = |item: Option<&toml_edit::Value>| match item.and_then(toml_edit::Value::span) {
@@ -38,7 +38,7 @@ fn check(registry: &Registry, need: &str) -> Result {
     let version = match wanted.trim() {
         "" => VersionReq::STAR,
         text => VersionReq::parse(text)
-            .map_err(|e| Error::new("E102", format!("`{need}` is not a required plugin: {e}")).expected(EXPECTED))?,
+            .map_err(|e| Error::new("E102", format!("`{need}` is not a valid requirement: {e}")).expected(EXPECTED))?,
     };
     let Some(plugin) = registry.plugins.iter().find(|p| p.id == id) else {
         let known: Vec<&str> = registry.plugins.iter().map(|p| p.id.as_str()).collect();
@@ -59,7 +59,7 @@ fn check(registry: &Registry, need: &str) -> Result {
     }
 }
 
-/// Parses a version, whose minor and patch numbers may be missing.
+/// Parses a version, in which the minor and patch numbers can be missing.
 fn parse(version: &str) -> Option<Version> {
     let missing = 2usize.saturating_sub(version.split(['-', '+']).next()?.matches('.').count());
     let at = version.find(['-', '+']).unwrap_or(version.len());

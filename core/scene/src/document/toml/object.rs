@@ -1,4 +1,4 @@
-//! `[[object]]`, poses and `[set]`.
+//! Reading of `[[object]]` tables, of poses, and of `[set]`.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_errors::{Error, Result};

@@ -16,7 +16,7 @@ use super::{
     table_span,
 };
 
-/// The keys that every model accepts, after those that name the model.
+/// The given keys, which identify a model, followed by the keys that every model accepts.
 macro_rules! common_keys {
     ($($key:literal),*) => {
         &[
@@ -35,7 +35,8 @@ const DEEPEST: usize = 16;
 const MOST_SCENES: usize = 20_000;
 
 impl Reader<'_> {
-    /// Reads a table that places a model; `mounted` is the slot that it is mounted in. Returns the index of its base.
+    /// Reads a table that places a model. `mounted` is the slot in which the model is mounted, if any. Returns the
+    /// index of the model's base.
     pub(super) fn model(
         &mut self,
         b: &mut Builder<'_>,
@@ -71,7 +72,8 @@ impl Reader<'_> {
         self.finish(b, table, base, (&model.id, &model.slots))
     }
 
-    /// Builds a model. The help of an error in the text of the model names the location where the model is placed.
+    /// Builds a model. For an error in the text of the model, the help includes the location of the table that places
+    /// the model.
     pub(super) fn built(
         &self,
         b: &mut Builder<'_>,
@@ -140,7 +142,7 @@ impl Reader<'_> {
         self.imported(b, table, (&name, &file), "file", parent)
     }
 
-    /// Places a file in another format; `key` is the key that names it.
+    /// Places a file in another format. The value of `key` in the table is the name of the file.
     fn imported(
         &mut self,
         b: &mut Builder<'_>,
@@ -173,7 +175,8 @@ impl Reader<'_> {
         self.finish(b, table, base, (name, &[]))
     }
 
-    /// Returns the parameters that a table specifies for a model or importer, and those set for it on the command line.
+    /// Returns the parameters that a table specifies for a model or importer, followed by those that overrides set for
+    /// it.
     pub(super) fn params(
         &self,
         b: &Builder<'_>,
@@ -202,7 +205,7 @@ impl Reader<'_> {
             let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;
             params.push((entry.0.key.clone(), value));
         }
-        // The model of this table is the next one to be started.
+        // The model of this table is the next one to be built, which determines its number.
         let number = b.document.next_model;
         let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == number);
         params.extend(changed.map(|(_, k, v)| (k.clone(), v.clone())));

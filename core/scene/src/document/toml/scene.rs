@@ -58,9 +58,10 @@ impl Reader<'_> {
     /// them.
     pub(super) fn permissions(&self, table: &dyn TableLike, document: &mut Document) -> Result {
         const KNOWN: &[&str] = &["exec", "native", "net"];
+        const ADDRESSES: &str = "an array of strings of the form \"HOST:PORT\"; `*` stands for any host or any port";
         for (key, item) in table.iter() {
             let wrong = |expected: &str| {
-                let error = Error::new("E102", format!("the permission `{key}` has the wrong type"));
+                let error = Error::new("E102", format!("invalid value of the permission `{key}`"));
                 Err(error.expected(expected).at(Some(self.text.value(table, key))))
             };
             match (key, item.as_bool(), item.as_array()) {
@@ -69,12 +70,12 @@ impl Reader<'_> {
                 ("net", _, Some(all)) => {
                     for one in all {
                         let Some(place) = one.as_str().filter(|s| s.contains(':') && !s.contains(',')) else {
-                            return wrong("a list of \"HOST:PORT\"; a `*` stands for any");
+                            return wrong(ADDRESSES);
                         };
                         document.asks.push(format!("net={place}"));
                     }
                 }
-                ("net", ..) => return wrong("a list of \"HOST:PORT\"; a `*` stands for any"),
+                ("net", ..) => return wrong(ADDRESSES),
                 _ => {
                     return Err(Error::new("E101", format!("unknown permission `{key}`"))
                         .expected(KNOWN.join(", "))
@@ -86,7 +87,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads a table of settings; `within` is the prefix of its keys. The settings are applied only if `top`.
+    /// Reads a table of settings; `within` is the prefix of its keys. The settings are applied only if `top` is set.
     fn settings(&self, table: &dyn TableLike, within: &str, settings: &mut Settings, top: bool) -> Result {
         let declared = settings::keys();
         for (key, item) in table.iter().filter(|(key, _)| !(within.is_empty() && *key == "data")) {

@@ -1,4 +1,5 @@
-//! Formatting of values for scene files: numbers are short, and are read back with the same bits.
+//! Formatting of values for scene files. Numbers are as short as possible without changing their bits when they are
+//! read back.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use tatu_plugin_api::safe::Value;
@@ -15,12 +16,12 @@ pub fn line(key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
     units.iter().find_map(written)
 }
 
-/// Returns a text in quotes.
+/// Returns a string in quotes, as TOML.
 pub fn quoted(text: &str) -> String {
     toml_edit::Value::from(text).to_string()
 }
 
-/// Returns a key, in quotes if necessary.
+/// Returns a TOML key, in quotes if necessary.
 fn key(text: &str) -> String {
     toml_edit::Key::new(text).to_string()
 }
@@ -48,7 +49,7 @@ pub fn text(value: &Value, factor: f64) -> Option<String> {
     })
 }
 
-/// Formats a part of a compound, whose keys carry units, or a table with a name, whose keys do not.
+/// Formats a part of a compound, whose keys include units, or a table with the key `name`, whose keys do not.
 fn table(entries: &[(Value, Value)]) -> Option<String> {
     let named = entries.iter().any(|(k, _)| *k == Value::text("name"));
     units_of(entries, if named { &[] } else { PART_KEYS })
@@ -66,7 +67,7 @@ pub fn texture(value: &Value) -> Option<String> {
     units_of(entries, TEXTURE_KEYS)
 }
 
-/// Formats a table whose keys carry units.
+/// Formats a table whose keys include units.
 fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String> {
     let entry = |(k, v): &(Value, Value)| {
         let Value::Text(k) = k else { return None };
@@ -97,7 +98,7 @@ pub fn free_data(value: &Value) -> Option<String> {
     Some(format!("{{ {} }}", entries.iter().map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
 }
 
-/// Formats a number for TOML, with as many digits as are needed to read back the same value.
+/// Formats a number for TOML, with as many digits as are required to read back the same value.
 fn number(x: f64) -> String {
     if x.is_nan() { "nan".into() } else { format!("{x:?}") }
 }

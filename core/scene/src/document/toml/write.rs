@@ -63,7 +63,8 @@ pub struct Pieces<'a> {
 }
 
 impl<'a> Pieces<'a> {
-    /// `taken` lists separate files that exist, in lower case.
+    /// Creates a writer for the objects of a document. `taken` contains the names of existing separate files, in lower
+    /// case.
     pub fn new(document: &'a Document, registry: &'a Registry, folder: &'a str, taken: BTreeSet<String>) -> Self {
         Pieces { writer: Writer::new(document, registry, folder, taken), copy: document.clone() }
     }
@@ -89,8 +90,8 @@ pub fn folder_beside(scene: &Path) -> String {
     format!("{stem}_files")
 }
 
-/// Writes the separate files first and then the scene file, so that the latter never refers to a missing file. `whole`
-/// writes a file atomically.
+/// Writes the separate files and then the scene file, which therefore never refers to a missing file. `whole` writes a
+/// file atomically.
 pub fn save(scene: &Path, written: &Written, whole: &dyn Fn(&Path, &[u8]) -> io::Result<()>) -> Result {
     let above = scene.parent().unwrap_or(Path::new(""));
     let fail = |path: &Path, e: io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));
@@ -363,7 +364,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Returns whether a value is the default, for rows with a fixed default.
+/// Returns whether a value is the default, for properties with a fixed default.
 fn is_usual(row: Row, value: &Value) -> bool {
     let usual = match row {
         Row::ModelBase | Row::Dynamic | Row::Respondable | Row::Bullet | Row::Convex => Value::Bool(false),
@@ -377,7 +378,7 @@ fn is_usual(row: Row, value: &Value) -> bool {
     *value == usual
 }
 
-/// Returns the last value of each key, in the order in which these were set.
+/// Returns the last value of each key, in the order in which these values were set.
 fn last_of_each<K: PartialEq + Clone, V>(all: &[(K, V)]) -> impl Iterator<Item = (K, &V)> {
     let kept = all.iter().enumerate().filter(|(i, (k, _))| !all[i + 1..].iter().any(|(later, _)| later == k));
     kept.map(|(_, (k, v))| (k.clone(), v))

@@ -1,5 +1,5 @@
--- The measurements for the card. Each function runs as a threaded script beside the model, on a floor, in a world of
--- its own.
+-- The measurements for the card. Each function runs as a threaded script beside the model, on a floor, in a separate
+-- world.
 
 function straight_speed()
     local robot = measure.model()

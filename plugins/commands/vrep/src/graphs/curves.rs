@@ -1,7 +1,7 @@
 //! Commands on graphs: samples, streams, curves.
 //!
-//! Old scripts set values of streams that the scene defines, by name; newer scripts add streams and curves themselves,
-//! and refer to them by number.
+//! Old scripts set the values of the scene's streams by name. Newer scripts add streams and curves, and refer to them
+//! by number.
 
 use crate::kit::*;
 
@@ -33,8 +33,8 @@ fn samples(offer: &mut Offer<Vrep>) {
         .param(Param::float("time").unit("s").optional().text("time of the sample; default: simulation time"))
         .returns(Param::int("result").text("1, for scripts from before 4.0"))
         .text(
-            "Records a sample of all streams of a graph. A user stream for which no value was set since the last \
-             sample has no value in it.",
+            "Records a sample of all streams of a graph. A user stream has no value in the sample if none was \
+             set since the previous sample.",
         )
         .example("sim.handleGraph(graph, sim.getSimulationTime() + sim.getSimulationTimeStep())"),
     );
@@ -100,7 +100,7 @@ fn streams(offer: &mut Offer<Vrep>) {
         .param(table("color", "red, green, blue, 0 to 1; default: automatic").optional())
         .param(Param::any("cyclicRange").optional().text("ignored"))
         .returns(Param::int("stream"))
-        .text("Adds a stream to a graph, whose values are set by scripts.")
+        .text("Adds a stream to a graph; scripts set the values of the stream.")
         .example("stream = sim.addGraphStream(graph, 'speed', 'm/s')"),
     );
     offer.command(
@@ -299,7 +299,9 @@ fn add_curve(c: &mut Ctx<'_>) -> Result {
 
 fn get_curve(c: &mut Ctx<'_>) -> Result {
     let (graph, kind, index) = (of_kind(c, 0, TATU_KIND_GRAPH)?, c.i64(1)?, c.i64(2)?);
-    let Ok(index) = usize::try_from(index) else { return Err(Fail::argument("argument 3: the index is negative")) };
+    let Ok(index) = usize::try_from(index) else {
+        return Err(Fail::argument(format!("argument 3: expected an index of at least 0, found {index}")));
+    };
     let what = if kind == 0 { TATU_FIGURE_STREAM } else { TATU_FIGURE_CURVE };
     let mut ids = c.world().figures(graph, what)?;
     if kind != 0 {

@@ -1,9 +1,9 @@
-//! Drawing objects and particles: items in space that are shown in images and by services.
+//! Commands on drawing objects and particles: items in space that images and services display.
 
 use super::curves::color;
 use crate::kit::*;
 
-// Flags in the type number of a drawing.
+// Flags that scripts add to the type number of a drawing.
 const ITEM_COLORS: i64 = 32;
 const VERTEX_COLORS: i64 = 64;
 const ITEM_SIZES: i64 = 128;
@@ -22,7 +22,7 @@ const FORMS: [(&str, i64); 13] = [
     ("cube_points", 1),
     ("sphere_points", 1),
     ("line_strip", 1),
-    // Point markers have a second set of numbers since 4.2.
+    // Since V-REP 4.2, point markers have a second set of type numbers.
     ("triangle_points", 1),
     ("quad_points", 1),
     ("disc_points", 1),
@@ -37,7 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::float("size").text("for points and lines: pixels; for others: m"))
             .param(Param::float("duplicateTolerance").unit("m").text("an item closer than this to another is omitted"))
             .param(Param::int("parent").text("the object with which the drawing moves; -1: the world"))
-            .param(Param::int("maxItemCount").text("0: as many as possible"))
+            .param(Param::int("maxItemCount").text("0: the greatest possible number"))
             .param(table("color", "red, green, blue, 0 to 1").optional())
             .param(Param::any("reserved").optional())
             .param(Param::any("specular").optional().text("ignored"))
@@ -53,8 +53,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if c.has(1) && items.is_empty() {
                 return Err(Fail::argument("argument 2: expected a table of numbers, or nil"));
             }
-            // The original reads one item and ignores the rest. Scripts rely on this: they pass results of
-            // `sim.checkDistance`, which are a segment followed by its length.
+            // V-REP reads one item and ignores the remaining numbers. Scripts rely on this when they pass the result of
+            // `sim.checkDistance`, which is a segment followed by its length.
             if let Some(stride) = c.world().figure(0, drawing, false).ok().and_then(stride)
                 && items.len() > stride
                 && !items.len().is_multiple_of(stride)

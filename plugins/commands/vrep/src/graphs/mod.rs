@@ -1,5 +1,4 @@
-//! Commands on graphs, drawing objects and floating views. Floating views are never shown; their commands only store
-//! them.
+//! Commands on graphs, drawing objects and floating views. Floating views are stored, but never shown.
 
 mod curves;
 mod drawing;

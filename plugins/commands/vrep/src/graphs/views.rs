@@ -1,12 +1,13 @@
-//! Commands on floating views and banners. There is no window: views are only stored, so that scripts can query and
-//! remove them.
+//! Commands on floating views and banners. Views are stored so that scripts can query and remove them, but are never
+//! shown, because there is no window.
 
 use crate::kit::*;
 
 /// Signal kind under which views are stored; scripts cannot access signals of this kind.
 const VIEWS: u32 = 64;
-/// Option of `adjustView` that only queries whether the view exists; below, the option that queries the object shown.
+/// Option of `adjustView` that only queries whether the view exists.
 const ASK: i64 = 256;
+/// Option of `adjustView` that queries which object the view shows.
 const SHOWN: i64 = 512;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -71,7 +72,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("label").optional())
         .param(Param::any("more").rest())
         .returns(Param::int("banner").text("1"))
-        .text("Accepts a text for display in the scene. Nothing is shown, because there is no window.")
+        .text("Accepts a string for display in the scene. Nothing is shown, because there is no window.")
         .stub("Nothing is shown, because there is no window.")
         .example("sim.addBanner('hello', 0.1, 0)"),
     );

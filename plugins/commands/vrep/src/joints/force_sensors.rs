@@ -11,7 +11,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 11 => ("prismatic", "Prismatic_joint"),
                 12 => ("spherical", "Spherical_joint"),
                 n => {
-                    return Err(Fail::unsupported(format!("there are no joints of type {n}")).help(
+                    return Err(Fail::unsupported(format!("joint type {n} is not supported")).help(
                         "use sim.joint_revolute_subtype, sim.joint_prismatic_subtype or sim.joint_spherical_subtype",
                     ));
                 }
@@ -72,7 +72,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
             let (w, p) = (c.world(), &c.plugin().p);
             if w.look(sensor)?.kind != TATU_KIND_FORCE_SENSOR || !bool_of(c, sensor, p.sensed)? {
-                // The original returns the same before physics has measured anything.
+                // V-REP returns these values if physics has not measured the load yet.
                 c.ret(if version(c) >= (4, 2) { 2_i64 } else { 0 });
                 c.ret(&[0.0; 3][..]);
                 c.ret(&[0.0; 3][..]);
@@ -85,7 +85,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(object("sensor"))
-        .returns(Param::int("result").text("1: measured, 2 more: broken"))
+        .returns(Param::int("result").text("1: measured; plus 2: broken"))
         .returns(Param::floats("force", 3).unit("N"))
         .returns(Param::floats("torque", 3).unit("N m"))
         .text("Returns the filtered force and torque that the child of a force sensor exerts on it, in its frame."),
@@ -165,7 +165,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Adds commands for the pose of a joint's moving part; for other objects, they use the object's own frame.
+/// Adds commands for the pose of a joint's moving part. For other objects, the commands use the object's own frame.
 fn child_poses(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectChildPose", |c| {

@@ -111,7 +111,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setJointTargetForce", |c| {
             let (joint, force, p, w) = (id(c, 0)?, c.f64(1)?, &c.plugin().p, c.world());
-            // The sign only matters in force mode, but that mode may be selected later, so the sign is always stored.
+            // Only force mode uses the sign, but a script can select this mode later, so the sign is always stored.
             let signed = !c.has(2) || c.arg(2).truthy();
             write(c, p.joint_max_force, if signed { force } else { force.abs() })?;
             if signed {
@@ -224,7 +224,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 0 | 1 => "kinematic",
                 5 => "dynamic",
                 n => {
-                    return Err(Fail::unsupported(format!("joints have no mode {n}"))
+                    return Err(Fail::unsupported(format!("joint mode {n} is not supported"))
                         .help("use 0 (passive, kinematic) or 5 (force, dynamic)"));
                 }
             };
@@ -259,7 +259,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Declares the parameter in which newer scripts pass a motion profile.
+/// Declares the parameter for a motion profile, which newer scripts pass.
 fn motion() -> Param {
     Param::any("motionParams").optional().text("ignored: motion is limited only by the motor's force")
 }

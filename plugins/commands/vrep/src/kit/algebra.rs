@@ -60,7 +60,7 @@ pub(crate) fn rotate(q: Quaternion, v: Vector) -> Vector {
     [v[0] + q[3] * t[0] + s[0], v[1] + q[3] * t[1] + s[1], v[2] + q[3] * t[2] + s[2]]
 }
 
-/// Composes two poses: `b` is given relative to the frame `a`, the result relative to the frame in which `a` is given.
+/// Composes two poses. `b` is relative to the frame `a`; the result is relative to the frame to which `a` is relative.
 pub(crate) fn compose(a: &Pose, b: &Pose) -> Pose {
     let q = rotation(a);
     pose(add(position(a), rotate(q, position(b))), turn(q, rotation(b)))
@@ -76,7 +76,7 @@ pub(crate) fn about(axis: Vector, angle: f64) -> Option<Quaternion> {
     let (s, c) = libm::sincos(angle / 2.0);
     (n > 1e-12).then(|| [axis[0] / n * s, axis[1] / n * s, axis[2] / n * s, c])
 }
-/// Returns the axis and the angle, 0 to pi, of a rotation.
+/// Returns the axis of a rotation, and its angle from 0 to pi.
 pub(crate) fn axis_angle(q: Quaternion) -> (Vector, f64) {
     let q = if q[3] < 0.0 { q.map(|x| -x) } else { q };
     let v = [q[0], q[1], q[2]];

@@ -21,7 +21,7 @@ pub(crate) const HANDLE_SCENE: i64 = -12;
 /// Mask of the bits that form the handle in an argument; higher bits are flags.
 pub(crate) const HANDLE_BITS: i64 = TATU_SLOT_BITS as i64;
 
-/// Returns the handle that scripts see, or -1 for no object.
+/// Returns the handle by which scripts identify an object, or -1 for no object.
 pub(crate) fn handle(id: tatu_object) -> i64 {
     match id & HANDLE_BITS as u64 {
         0 => -1,
@@ -34,8 +34,8 @@ pub(crate) fn handle(id: tatu_object) -> i64 {
 pub(crate) fn id(c: &Shared<'_>, i: usize) -> Result<tatu_object> {
     id_of(c.arg(i), i)
 }
-/// Returns the id for a value that is an object, or a handle whose flags are ignored; `i` is its argument index for
-/// messages.
+/// Converts a value to the id of an object. The value is an object or a handle, whose flags are ignored; `i` is its
+/// argument index for messages.
 #[inline]
 pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
     let id = match v.as_i64() {
@@ -48,12 +48,12 @@ pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
     }
     Ok(id)
 }
-/// Returns the object in argument `i`, which must exist.
+/// Returns the object in argument `i`, or an error if it does not exist.
 pub(crate) fn living(c: &Shared<'_>, i: usize) -> Result<Object> {
     let id = id(c, i)?;
     c.world().look(id).map_err(|e| no_object(id, &e))
 }
-/// Returns the object in argument `i`, which must be of the given kind.
+/// Returns the object in argument `i`, or an error if it does not exist or is not of the given kind.
 pub(crate) fn of_kind(c: &Shared<'_>, i: usize, kind: i32) -> Result<tatu_object> {
     let o = living(c, i)?;
     if o.kind == kind || c.world().used_as(o.id, kind_key(kind)) { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
@@ -70,7 +70,7 @@ fn wrong_kind(c: &Shared<'_>, o: Object, wanted: i32) -> Fail {
         kind_name(wanted)
     ))
 }
-/// Explains why an access failed: the object does not exist, it has a different kind, or the host reported `fail`.
+/// Returns the error for a failed access: the object does not exist, it has a different kind, or `fail` from the host.
 #[cold]
 pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
     match c.world().look(id) {
@@ -106,7 +106,7 @@ pub(crate) fn kind_key(kind: i32) -> &'static str {
         _ => "",
     }
 }
-/// Returns the name of a kind with its article, for messages.
+/// Returns the name of a kind of object with its article, for messages.
 fn kind_name(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SHAPE => "a shape",
@@ -127,16 +127,16 @@ fn kind_name(kind: i32) -> &'static str {
 pub(crate) fn path(c: &Shared<'_>, id: tatu_object) -> String {
     text_of(c, id, c.plugin().p.path).unwrap_or_default()
 }
-/// Returns a text property.
+/// Returns the value of a string property.
 pub(crate) fn text_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<String> {
     let v = c.world().get(id, prop).map_err(|e| explain_any(c, id, e))?;
-    v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host returned a value that is not text"))
+    v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host returned a value that is not a string"))
 }
-/// Returns a boolean property.
+/// Returns the value of a boolean property.
 pub(crate) fn bool_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<bool> {
     Ok(c.world().get(id, prop)?.truthy())
 }
-/// Returns an integer property.
+/// Returns the value of an integer property.
 pub(crate) fn int_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
     c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host returned a value that is not an integer"))
 }
@@ -167,7 +167,7 @@ pub(crate) fn numbers_of<const N: usize>(v: ValueRef<'_>, i: usize) -> Result<[f
     }
     Ok(out)
 }
-/// Returns element `k` of a table as a number; numeric strings are converted, as Lua does.
+/// Returns element `k` of a table as a number. Numeric strings are converted to numbers, as in Lua.
 pub(crate) fn element(v: ValueRef<'_>, k: usize) -> Option<f64> {
     let from_text = || std::str::from_utf8(v.list()?.get(k)?.as_bytes()?).ok()?.trim().parse().ok();
     v.number(k).or_else(from_text)
@@ -176,16 +176,16 @@ pub(crate) fn element(v: ValueRef<'_>, k: usize) -> Option<f64> {
 pub(crate) fn is_table(v: ValueRef<'_>) -> bool {
     (TATU_F64S..=TATU_MAP).contains(&v.tag())
 }
-/// Packed data that stands in for data of a missing scene; it unpacks to zeros or to an empty table.
+/// Packed data that replaces the data of a missing scene. It unpacks to zeros or to an empty table.
 pub(crate) const STAND_IN: &[u8] = &[0; 512];
 
 /// Returns an integer argument, or `otherwise` if it is not given.
 pub(crate) fn int_or(c: &Shared<'_>, i: usize, otherwise: i64) -> Result<i64> {
     if c.has(i) { c.i64(i) } else { Ok(otherwise) }
 }
-/// Normalizes the quaternion in argument `i`.
+/// Normalizes a quaternion, or returns an error if it is zero; `i` is its argument index for messages.
 pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
-    al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: the quaternion is zero", i + 1)))
+    al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: the quaternion must not be zero", i + 1)))
 }
 
 /// Returns whether the caller is a main script.

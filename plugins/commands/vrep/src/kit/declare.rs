@@ -1,4 +1,4 @@
-//! Helpers that declare commands under both names, and common parameters.
+//! Helpers that declare commands under both of their names, and common parameters.
 
 pub(crate) use tatu_commands_common::{MINUS, NIL};
 use tatu_plugin_api::safe::{IntoResult, Param, Result, Value};
@@ -30,9 +30,9 @@ pub(crate) fn both_beside<T: IntoResult + 'static>(
 pub(crate) fn object(key: &str) -> Param {
     Param::object(key).text("a handle")
 }
-/// Declares a parameter that is the handle of an object, to which old scripts may add flags.
+/// Declares a parameter that is the handle of an object, to which old scripts can add flags.
 pub(crate) fn flagged(key: &str) -> Param {
-    Param::int(key).text("a handle, to which flags may be added")
+    Param::int(key).text("a handle, to which flags can be added")
 }
 /// Declares the parameter that selects the reference frame.
 pub(crate) fn frame_param() -> Param {

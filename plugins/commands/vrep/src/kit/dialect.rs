@@ -4,7 +4,7 @@ use tatu_plugin_api::safe::Result;
 
 use super::plugin::Shared;
 
-/// Returns the version for which the calling script was written, or the newest version if it states none.
+/// Returns the version for which the calling script was written, or the newest version if the script declares none.
 pub(crate) fn version(c: &Shared<'_>) -> (u32, u32) {
     version_of(c.caller_dialect())
 }

@@ -1,6 +1,6 @@
-//! Unpacks tables packed by the original, in its own format or as CBOR. Its scenes contain such data.
+//! Unpacks tables that V-REP has packed in its own format or as CBOR. V-REP's scenes contain such data.
 //!
-//! Its own format was inferred from files (tests/facts/script-api.md, 7): a byte 0 (5 since 4.5), then the table.
+//! The format was inferred from files (tests/facts/script-api.md, 7): a byte 0 (5 since 4.5), followed by the table.
 
 use tatu_plugin_api::safe::{MAX_DEPTH, Value};
 
@@ -44,7 +44,7 @@ fn value(rest: &mut &[u8], depth: usize) -> Option<Value> {
     Some(match take(rest, 1)?[0] {
         0 => Value::Nil,
         1 => Value::Float(f64::from_le_bytes(take(rest, 8)?.try_into().ok()?)),
-        // An assumption: none of the examined files contains a boolean.
+        // This encoding is an assumption, because none of the examined files contains a boolean.
         2 => Value::Bool(take(rest, 1)?[0] != 0),
         3 => {
             let n = count(rest)?;

@@ -1,4 +1,4 @@
-//! Code shared by all subjects; it depends neither on the state of a world nor on any subject.
+//! Code shared by the commands of all subjects. It depends neither on the state of a world nor on a subject.
 //!
 //! - `plugin`: the plugin, and the types of its commands; `props`: interned property keys;
 //! - `declare`: commands under both names, common parameters; `arguments`: reads arguments, builds errors;

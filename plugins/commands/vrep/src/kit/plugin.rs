@@ -4,7 +4,7 @@ use tatu_plugin_api::safe::{Call, Command, SharedCall};
 
 use super::props::Props;
 
-/// The plugin: its interned property keys.
+/// The plugin, which stores interned property keys.
 pub struct Vrep {
     pub(crate) p: Props,
 }

@@ -1,7 +1,7 @@
 //! Packs values into bytes, and unpacks them.
 //!
-//! The format is a marker byte followed by the value: a letter for its type and its bytes, little-endian. Lists and
-//! maps begin with their number of elements.
+//! The format is a marker byte followed by the value, which consists of a letter for its type and its little-endian
+//! bytes. Lists and maps start with their number of elements.
 
 use tatu_plugin_api::safe::{Fail, Result, Value};
 

@@ -1,7 +1,7 @@
 //! Custom data of objects and of the scene, by tag; the core stores it (`object.data`, `scene.data`).
 //!
-//! Attributes of V-REP's objects that the core does not have are stored here too, under tags that begin with [`OWN`],
-//! so that they are copied, saved and removed with the object. Scripts cannot access these tags.
+//! Attributes of V-REP's objects that the core does not have are stored in the same way, under tags that start with
+//! [`OWN`], so that they are copied, saved and removed with the object. Scripts cannot access these tags.
 
 use tatu_plugin_api::{
     abi::tatu_object,

@@ -1,6 +1,6 @@
--- Global functions that the original provides to every script: functions of older Lua versions, and small helpers.
+-- Global functions that V-REP provides to every script: functions of older Lua versions, and small helpers.
 local script = ...
--- Local copies, because scripts may redefine these globals.
+-- Local copies, because scripts can redefine these globals.
 local type, pairs, ipairs, tostring, select, print = type, pairs, ipairs, tostring, select, print
 local math, table, string = math, table, string
 
@@ -28,8 +28,8 @@ end
 
 function math.sign(x) return x > 0 and 1 or x < 0 and -1 or 0 end
 
--- Converts a table to Lua source: the array part first, then the other keys in a stable order. The original has two
--- such formats; this is the one with spaces and unescaped quotes.
+-- Converts a table to Lua source: the array part first, then the other keys in a stable order. V-REP has two such
+-- formats; this is the one with spaces and unescaped quotes.
 local function write(t, separator, inside)
     if inside[t] then
         return "..."
@@ -74,7 +74,8 @@ local function write(t, separator, inside)
     return "{" .. table.concat(out, separator) .. "}"
 end
 
--- `printf` exists since 2019, the others since 4.6. A script's own definitions are executed later and replace these.
+-- `printf` was introduced in 2019, `table.tostring` in 4.6. A script's own definitions are executed later and replace
+-- these functions.
 if script.has("printf") then
     function printf(format, ...)
         local values = { ... }

@@ -1,8 +1,7 @@
 //! Constants of the API: `sim_handle_self` and `sim.handle_self`.
 //!
-//! A single table lists them by subject, without prefix; each constant is offered with both prefixes. Flat names of
-//! constants that begin with `rml_` begin with `simrml_`. The meaning of a number is documented at the command that
-//! uses it.
+//! A single table lists the constants by subject, without a prefix. Each constant is registered with both prefixes; the
+//! flat name of `rml_x` is `simrml_x`. The meaning of a value is documented at the command that uses it.
 
 use crate::kit::*;
 

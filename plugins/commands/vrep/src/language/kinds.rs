@@ -2,7 +2,7 @@
 
 use crate::kit::*;
 
-/// Script kinds, each with its words. The first kind with a matching word is selected.
+/// Script kinds with the words that identify them. The first kind with a matching word is selected.
 const MARKS: &[(&str, &[&str])] = &[
     // Commands that run the stages of a step, which only main scripts call.
     ("main", &["simHandleSimulationStart", "simHandleDynamics", "simLaunchThreadedChildScripts", "defaultMainScript"]),
@@ -11,7 +11,7 @@ const MARKS: &[(&str, &[&str])] = &[
     ("customization", &["sim_customizationscriptcall_", "sysCall_nonSimulation"]),
     ("customization", &["sysCall_beforeSimulation", "sysCall_afterSimulation"]),
     ("customization", &["sysCall_beforeInstanceSwitch", "sysCall_afterInstanceSwitch"]),
-    // Words that only threaded scripts use; since 4.2 every script may use threads.
+    // Words that only threaded scripts use. Since 4.2, every script can use threads.
     ("threaded", &["sysCall_threadmain", "sim_childscriptcall_threaded"]),
     ("threaded", &["simSetThreadSwitchTiming", "simSetThreadAutomaticSwitch", "simSwitchThread"]),
     ("threaded", &["simDelegateChildScriptExecution"]),

@@ -1,4 +1,4 @@
-//! Substitutes for Lua modules of the original that scripts `require`.
+//! Substitutes for Lua modules of V-REP that scripts load with `require`.
 //!
 //! A file with the same name takes precedence if the script can read it.
 

@@ -1,7 +1,7 @@
 -- Runs once in every new script state. Returns a table that describes how the language must call scripts of this API.
 local script = ...
 local has = script.has
--- Local copies, because scripts may redefine these globals.
+-- Local copies, because scripts can redefine these globals.
 local type, tonumber, math = type, tonumber, math
 
 -- Infers the version for which a script was written from the names it uses. docs/guide/scripts.md lists the same rules.
@@ -48,12 +48,13 @@ end
 local version = script.dialect or dialect()
 local major, minor, patch = version:match("^(%d+)%.?(%d*)%.?(%d*)")
 major, minor, patch = tonumber(major) or 4, tonumber(minor) or 0, tonumber(patch) or 0
--- The version encoded as a single number that increases: 3.1.3 is 30103.
+-- The version as a single number, for comparisons: 3.1.3 is 30103.
 local number = major * 10000 + minor * 100 + patch
 local era = number < 30500 and "A" or number < 40200 and "B" or "C"
 
--- Returns how the text is run, if its words determine this: once per step (before 3.1.3), or once, as a thread.
--- Otherwise, the language checks whether the text defines callbacks; if not, it runs the whole text for each callback.
+-- Returns how the script is run if its words determine this: 'step', once per step (before 3.1.3), or 'thread', once
+-- and as a thread. Otherwise returns nil; the language then runs the whole script for each callback unless the script
+-- defines callbacks.
 local function style()
     if script.between("sysCall_", "sysCall`") then
         return nil
@@ -109,7 +110,7 @@ for callback, value in pairs(common[era] or families[kind]) do
     reasons[callback] = value
 end
 if kind == "addon" then
-    -- The whole text of these add-ons runs at the end of each pass, and at no other time.
+    -- These add-ons are run as a whole at the end of each pass, and at no other time.
     for callback in pairs(reasons) do
         reasons[callback] = families.addon[callback] and reasons[callback] or nil
     end
@@ -119,7 +120,7 @@ if kind == "main" then
     reasons.sensing, reasons.thread = nil, nil
 end
 
--- The API's names for these numbers.
+-- The parts of the constants' names that stand for these values.
 local names = {
     main = {initialization = "init", cleanup = "cleanup", regular = "actuation"},
     child = {
@@ -165,7 +166,7 @@ function simInvertMatrix(matrix)
     return 1
 end
 
--- Scripts of sensors are called after each measurement of the sensor, with the arguments of the original.
+-- Scripts of sensors are called after each measurement of the sensor, with the same arguments as in V-REP.
 if sim and has("sysCall_vision", "sysCall_trigger") then
     function sysCall_measured(data) sim.handleSensorCallbacks(data.sensor) end
 end
@@ -231,13 +232,13 @@ return {
         dyn = "sysCall_dynCallback",
         beforeStep = "sysCall_beforeMainScript",
     },
-    -- The host's names of callback arguments, mapped to those in this API; below, this API's names of callback results,
-    -- mapped to those in the host.
+    -- The host's names of callback arguments, mapped to those of this API.
     arguments = {
         dyn = { step = "passCnt", steps = "totalPasses", after = "afterStep" },
         joint = { step = "passCnt", steps = "totalPasses" },
         contact = { shape1 = "handle1", shape2 = "handle2" },
     },
+    -- This API's names of callback results, mapped to those of the host.
     results = {
         beforeStep = { doNotRunMainScript = "skip" },
         contact = { ignoreContact = "ignore", collisionResponse = "respond", bullet = "material" },
@@ -246,7 +247,7 @@ return {
     rerun = {
         variable = "sim_call_type",
         values = reasons,
-        -- A text without callbacks runs as a thread only if it contains this word.
+        -- A script without callbacks runs as a thread only if it contains this word.
         needs = { thread = { "sim_childscriptcall_threaded" } },
         extra = { sim_current_script_id = "script" },
     },
@@ -255,7 +256,7 @@ return {
     constants = constants,
     -- The namespace of commands and constants.
     api = { "sim" },
-    -- Modules of the original that are not provided.
+    -- Modules of V-REP that are not provided.
     lacking = {
         "simIK", "simUI", "simROS", "simROS2", "simOMPL", "simURDF", "simGLTF", "simSDF", "simIGL", "simICP",
         "simMTB", "simBWF", "simCHAI3D", "simConvex", "simAssimp", "simEigen", "simGeom", "simQHull", "simLDraw",

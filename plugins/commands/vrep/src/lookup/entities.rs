@@ -1,4 +1,4 @@
-//! Resolves the handles of collections, and of everything else in which commands search for shapes.
+//! Resolves handles of collections, and the arguments that select the objects among which a command searches.
 
 use super::sets;
 use crate::{
@@ -11,7 +11,7 @@ pub(crate) fn none(which: i64) -> Fail {
     Fail::missing(format!("there is no collection {which}"))
 }
 
-/// Returns the objects of a collection, each once, in the order in which they were added.
+/// Returns the objects of a collection without duplicates, in the order in which they were added.
 pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
     let collection = state(c)?.collections.all.get(&which).cloned().ok_or_else(|| none(which))?;
     let w = c.world();

@@ -1,11 +1,11 @@
-//! Finds objects by name: old unique names with their suffix rule, and paths.
+//! Finds objects by old unique names, to which the suffix rule applies, and by paths.
 
 use std::borrow::Cow;
 
 use crate::{kit::*, state::state};
 
 /// Returns the unique name to which a name refers in a script with the given suffix: with suffix 2, `motor` refers to
-/// `motor#2`. A name with a suffix of its own is unchanged, and `motor#` refers exactly to `motor`.
+/// `motor#2`. A name that has a suffix is unchanged, and `motor#` refers exactly to `motor`.
 pub(crate) fn adjusted(name: &str, suffix: i64) -> Cow<'_, str> {
     match name.find('#') {
         Some(i) if i + 1 == name.len() => name[..i].into(),
@@ -21,7 +21,7 @@ pub(crate) fn split(name: &str) -> (&str, i64) {
         .unwrap_or((name, -1))
 }
 
-/// Returns the suffix of the calling script: that of its object's name, unless the script has set a different one.
+/// Returns the suffix that the calling script has set, by default the suffix of its object's name.
 pub(crate) fn suffix(c: &Ctx<'_>) -> Result<i64> {
     if let Some(chosen) = state(c)?.suffixes.get(&c.caller_script()) {
         return Ok(*chosen);
@@ -32,7 +32,7 @@ pub(crate) fn suffix(c: &Ctx<'_>) -> Result<i64> {
     }
 }
 
-/// Finds an object by unique name, or by path if `name` begins like a path.
+/// Finds an object by unique name, or by path if `name` is a path.
 pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     if is_path(name) {
         return find_path(c, name, None);
@@ -80,8 +80,8 @@ pub(crate) fn is_path(name: &str) -> bool {
     name.starts_with(['/', '.', ':'])
 }
 
-/// Finds an object by path: "/a/b", ".", "../b", ":/b", "::". Relative paths begin at `base` or at the caller. Since
-/// 4.7, scripts are separate objects: "." is the script, and ".." is the object that it belongs to.
+/// Finds an object by path: "/a/b", ".", "../b", ":/b", "::". Relative paths start at `base` or at the caller. Since
+/// 4.7, scripts are separate objects: "." is the script, and ".." is the object to which it belongs.
 pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
     let (at, rest) = start(c, path, base)?;
     if rest.is_empty() && path.ends_with('/') {
@@ -134,7 +134,7 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
             at = c.world().stand_in(0, "/above", "").ok_or(e)?;
         }
     }
-    // Scripts have no children: "./x" refers to a child of the object that the script belongs to.
+    // Scripts have no children, so "./x" refers to a child of the object to which the script belongs.
     if base.is_none() && at != 0 && at == c.caller_script() && !rest.is_empty() {
         at = c.caller_object();
     }
@@ -148,7 +148,7 @@ enum Step {
     Model,
 }
 
-/// Splits a path into its leading relative steps and the rest, which is empty or begins with "/".
+/// Splits a path into its leading relative steps and the rest, which is empty or starts with "/".
 fn leading(path: &str) -> (Vec<Step>, &str) {
     let (mut steps, mut rest) = (Vec::new(), path);
     loop {
@@ -162,7 +162,7 @@ fn leading(path: &str) -> (Vec<Step>, &str) {
             _ => return (steps, rest),
         }
         rest = &rest[head.len()..];
-        // Only further ".." steps continue the relative part; anything else is the rest.
+        // Only ".." continues the relative part; everything else belongs to the rest.
         match rest.strip_prefix('/') {
             Some(next) if next.starts_with("..") => rest = next,
             Some("") => return (steps, ""),

@@ -1,4 +1,4 @@
-//! Finds collision objects and similar registrations of a scene by name; in runs without a scene, returns stand-in
+//! Finds collision objects and other entities that a scene registers by name. In runs without a scene, returns stand-in
 //! handles.
 
 use super::names;
@@ -23,8 +23,8 @@ pub(crate) fn by_name<'a>(
     Ok(all.clone().find(|(n, _)| *n == wanted).map(|(_, h)| h))
 }
 
-/// Returns the result of a lookup to the script. A run that creates stand-ins has no scene; there, the result is a
-/// number that does not refer to an object, and that is the same in each run.
+/// Returns the result of a lookup to the script, or an error if nothing was found. In a run that creates stand-ins, a
+/// missing entity yields a handle that does not refer to an object and is the same in each run.
 pub(crate) fn answer_handle(c: &mut Ctx<'_>, name: &str, what: &str, found: Option<i64>) -> Result {
     match found {
         Some(found) => c.ret(found),

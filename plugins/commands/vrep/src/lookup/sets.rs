@@ -26,7 +26,7 @@ pub(crate) fn of(c: &Ctx<'_>, what: i64, i: usize) -> Result<Vec<tatu_object>> {
         -6 => w.list(living(c, i)?.id, 0, 0)?,
         -7 => chain(c, living(c, i)?.id)?,
         n => {
-            return Err(Fail::argument(format!("{n} is not a set of objects"))
+            return Err(Fail::argument(format!("{n} does not select a set of objects"))
                 .help("use sim.handle_single, sim.handle_all, sim.handle_tree or sim.handle_chain"));
         }
     })

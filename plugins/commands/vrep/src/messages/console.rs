@@ -1,7 +1,7 @@
 //! Commands that write text for the user: to the status bar, the log, and auxiliary consoles.
 //!
-//! Consoles have no windows. Text that a script prints to a console is buffered up to the end of a line; the line is
-//! then logged, prefixed with the console's title.
+//! Consoles have no windows. Text that a script prints to a console is buffered until a line is complete; the line is
+//! then logged with the console's title as prefix.
 
 use crate::{
     kit::*,
@@ -130,8 +130,8 @@ fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
     Ok(())
 }
 
-/// Prints to a console or closes it, and logs the lines that this completes. Returns 1 to the script if the console
-/// existed, otherwise 0.
+/// Applies `work` to the consoles, and logs the lines that it completes. Returns 1 to the script if the console exists,
+/// otherwise 0.
 fn change(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, Tell<'_>) -> bool) -> Result {
     let mut lines = Vec::new();
     let there = work(&mut state(c)?.consoles, &mut |line| lines.push(line.to_vec()));

@@ -6,11 +6,12 @@ use crate::{
     state::{dialogs::Dialog, state},
 };
 
-/// The event that publishes windows to views; below, the command by which views answer dialogs.
+/// The event that publishes windows to views.
 const EVENT: &str = "ui.window";
+/// The command with which views answer dialogs.
 const ANSWER: &str = "tatu.answerDialog";
 
-/// Returns the buttons of a dialog style, each with its text and result.
+/// Returns the texts and results of the buttons of a dialog style.
 fn buttons(style: i64) -> &'static [(&'static str, i64)] {
     match style {
         1 | 2 => &[("OK", 1)],
@@ -69,9 +70,9 @@ fn answer(c: &mut Ctx<'_>) -> Result {
             "change" => dialog.text = c.bytes(3)?.to_vec(),
             "click" => {
                 let at = usize::try_from(n - 3).ok().and_then(|i| buttons(dialog.style).get(i));
-                dialog.result = at.ok_or_else(|| Fail::argument("the dialog has no such button"))?.1;
+                dialog.result = at.ok_or_else(|| Fail::argument(format!("widget {n} is not a button")))?.1;
             }
-            other => return Err(Fail::argument(format!("a dialog has no action `{other}`"))),
+            other => return Err(Fail::argument(format!("a dialog does not support the action `{other}`"))),
         }
         dialog.result != 0
     };
@@ -113,7 +114,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         )
         .notes(
             "Without a view, a dialog is answered automatically in the next step: ok or yes, with the initial text as \
-             input. A dialog without buttons stays open. The command never blocks the script.",
+             input. A dialog without buttons remains open. The command never blocks the script.",
         ),
     );
     offer.command(

@@ -19,7 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetSimulatorMessage", MINUS)
-        .returns(Param::int("message").text("sim.message_...; -1 alone: none waits"))
+        .returns(Param::int("message").text("sim.message_...; -1 alone: no message is pending"))
         .returns(Param::list("auxiliary").text("4 integers; for a key press: code, and 1 for Ctrl plus 2 for Shift"))
         .text("Removes and returns the oldest pending message of the calling script.")
         .example("message, aux = sim.getSimulatorMessage()"),

@@ -60,11 +60,11 @@ pub(super) fn config(c: &Ctx<'_>) -> Result<Motion> {
     let n = start.len();
     if n == 0 {
         return Err(Fail::argument("the parameters contain neither joints nor a start position")
-            .help("give `joints`, or `pos`"));
+            .help("specify `joints` or `pos`"));
     }
     let target = several(of("targetPos", 7), n);
     if target.len() < n {
-        return Err(Fail::argument(format!("targetPos must have {n} numbers, but it has {}", target.len())));
+        return Err(Fail::argument(format!("`targetPos` must have at least {n} numbers, but it has {}", target.len())));
     }
     let limits = [several(of("maxVel", 4), n), several(of("maxAccel", 5), n), several(of("maxJerk", 6), n)];
     Ok(Motion {
@@ -103,7 +103,7 @@ pub(super) fn pose(c: &Ctx<'_>) -> Result<Motion> {
         c.world().pose(object, frame)?
     } else {
         return Err(Fail::argument("the parameters contain neither an object nor a start pose")
-            .help("give `object`, or `pose`"));
+            .help("specify `object` or `pose`"));
     };
     let to = read(of("targetPose", 5), 5)?;
     let limits = [several(of("maxVel", 2), 4), several(of("maxAccel", 3), 4), several(of("maxJerk", 4), 4)];
@@ -169,7 +169,7 @@ pub(super) fn rml_position(c: &Ctx<'_>) -> Result<Motion> {
     move_object(c, to, [5, 6, 7].map(|i| several(c.arg(i), 4)), Answer::Old)
 }
 
-/// Returns the limits of velocity and acceleration, the same for all four coordinates of a pose, without a jerk limit.
+/// Returns limits of velocity and acceleration that are equal for the four coordinates of a pose, and no jerk limit.
 fn even(v: f64, a: f64) -> [Vec<f64>; 3] {
     [vec![v; 4], vec![if a > 0.0 { a } else { 0.0 }; 4], Vec::new()]
 }
@@ -195,7 +195,7 @@ pub(super) fn to_object(c: &Ctx<'_>) -> Result<Motion> {
     let p = if what & 1 != 0 { al::position(&goal) } else { al::position(&from) };
     let q = if what & 2 != 0 { al::rotation(&goal) } else { al::rotation(&from) };
     let to = al::pose(p, q);
-    // The velocity is a fraction of the whole path per second.
+    // The velocity is the fraction of the motion per second.
     let v = if c.has(4) { c.f64(4)?.abs().max(1e-6) } else { 1.0 };
     let angle = al::axis_angle(al::turn(q, al::conjugate(al::rotation(&from)))).1.abs();
     let way = al::length(al::sub(p, al::position(&from))).max(1e-9);

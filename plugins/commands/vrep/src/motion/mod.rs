@@ -1,4 +1,4 @@
-//! Commands on motions: profiles that scripts advance themselves, and motions that a thread waits for.
+//! Commands on motions: profiles that scripts advance, and motions for which a thread waits.
 //!
 //! - `profile`: computes profiles; `profiles`: commands on profiles;
 //! - `moves`: commands on motions; `made`: interprets their arguments.

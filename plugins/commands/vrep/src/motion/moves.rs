@@ -70,8 +70,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(table("maxVel", "x, y, z and angle"))
             .param(table("maxAccel", "x, y, z and angle"))
             .param(table("maxJerk", "x, y, z and angle"))
-            .param(Param::any("position").optional().text("nil: it stays"))
-            .param(Param::any("quaternion").optional().text("nil: it stays"))
+            .param(Param::any("position").optional().text("nil: unchanged"))
+            .param(Param::any("quaternion").optional().text("nil: unchanged"))
             .param(Param::any("targetVelocity").optional().text("ignored"))
             .returns(Param::int("result").text("0"))
             .returns(Param::floats("position", 3))
@@ -195,7 +195,7 @@ fn finish(c: &Ctx<'_>, number: i64) -> Result {
     Ok(())
 }
 
-/// Starts the motion, and advances it each time the waiting thread resumes.
+/// Starts a motion, and advances it each time the waiting thread resumes.
 fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     let number = match c.resumed() {
         0 => {
@@ -227,8 +227,8 @@ fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Advances a motion by one step; returns whether the target has been reached (or the callback has ended the motion),
-/// and the result for the script.
+/// Advances a motion by one step. Returns whether the motion has ended, because it has reached the target or because
+/// its callback ended it, and the result for the script.
 fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
     let dt = c.world().f64(0, c.plugin().p.dt)?;
     let (motion, (mut arrived, now, left)) = {
@@ -295,8 +295,8 @@ fn answer(motion: &Motion, now: &State, at: &Value, left: f64) -> Value {
     }
 }
 
-/// Moves the objects of a motion to the state `now` of its profile; returns their position in the form in which it is
-/// passed to callbacks.
+/// Moves the objects of a motion to the state `now` of its profile, and returns their position in the form that
+/// callbacks receive.
 fn apply(c: &Ctx<'_>, mover: &Mover, now: &State) -> Result<Value> {
     let (w, p) = (c.world(), &c.plugin().p);
     match mover {

@@ -6,9 +6,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Unit {
     jerk: f64,
-    /// Duration of a jerk segment, s; below, those of the whole acceleration phase and of constant velocity.
+    /// Duration of a segment with jerk, s.
     tj: f64,
+    /// Duration of the whole acceleration phase, s.
     ta: f64,
+    /// Duration of the phase of constant velocity, s.
     tv: f64,
 }
 
@@ -187,7 +189,7 @@ impl Profile {
                 for (i, unit) in units.iter().enumerate() {
                     let change = self.target[i] - self.velocity[i];
                     let at = |t: f64| unit.map_or([1.0, 0.0, 0.0], |u| u.at(t));
-                    // Simpson's rule is exact within the cubic segments, and accurate enough across them.
+                    // Simpson's rule is exact within the cubic segments, and sufficiently accurate at their boundaries.
                     const N: usize = 64;
                     let h = t / N as f64;
                     let weight = |k: usize| {
@@ -209,13 +211,13 @@ impl Profile {
             }
         }
     }
-    /// Advances the profile by `dt`, s; returns whether the target has been reached, the state, and the unused part of
-    /// `dt`.
+    /// Advances the profile by `dt`, s. Returns whether the target has been reached, the state, and the unused part of
+    /// `dt`, s.
     pub(crate) fn step(&mut self, dt: f64) -> (bool, State, f64) {
         self.time += dt;
         let end = self.duration();
         let over = self.time - end;
-        // A target velocity is maintained once it has been reached, so its time is not clamped.
+        // A target velocity is maintained after it has been reached, so the time of such a profile is not clamped.
         let at = if matches!(self.kind, Kind::Position(_)) { self.time.min(end) } else { self.time };
         (over >= -1e-9, self.at(if (-1e-9..0.0).contains(&over) { end } else { at }), over.max(0.0))
     }

@@ -4,7 +4,7 @@
 use super::profile::Profile;
 use crate::{kit::*, state::state};
 
-/// Differences from the documented profiles of the original.
+/// Differences from V-REP's documented profiles.
 pub(crate) const NOTES: &str = "All coordinates move together in a straight line and arrive at the same time; an \
                                 initial velocity is reduced to 0 first, and the final velocity is always 0.";
 

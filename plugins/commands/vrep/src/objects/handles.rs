@@ -86,7 +86,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectUniqueIdentifier", MINUS)
         .param(object("object"))
         .returns(Param::int("uid"))
-        .text("Returns a number that is unique to an object during the whole run.")
+        .text("Returns a number that identifies an object uniquely during the whole run.")
         .example("uid = sim.getObjectUid(robot)"),
     );
     offer.command(
@@ -120,7 +120,7 @@ fn get_handle(c: &mut Ctx<'_>) -> Result {
     let (name, mark) = text.split_once('@').unwrap_or((&text, ""));
     if !matches!(mark, "" | "silentError") {
         return Err(Fail::unsupported(format!(
-            "`{text}`: alternative names are not supported; only `@silentError` may be appended to a name"
+            "`{text}`: alternative names are not supported; only `@silentError` can be appended to a name"
         )));
     }
     let silent = !mark.is_empty() || no_error(c);

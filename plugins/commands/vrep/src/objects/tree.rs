@@ -161,7 +161,7 @@ fn base(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     Ok(living(c, i)?.id)
 }
 
-/// Stand-ins that are created if a search by type finds no object: type number, and kind of the stand-in.
+/// Stand-ins that are created if a search by type finds no object, as pairs of V-REP type and kind of stand-in.
 const STAND_INS: &[(i64, &str)] = &[(0, "shape"), (1, "joint"), (5, "proximity/1"), (12, "force_sensor")];
 
 /// Returns the objects of a V-REP type at and below `base`.
@@ -172,7 +172,7 @@ fn typed(c: &Ctx<'_>, base: tatu_object, kind: i64, flags: u32) -> Result<Vec<i6
     let w = c.world();
     let mut all = w.list(base, kinds, flags)?;
     if matches!(kind, 5 | 9) {
-        // `list` selects by the core's kinds, which do not distinguish V-REP's types of sensors.
+        // `list` selects by kinds of the core, which do not distinguish V-REP's types of sensors.
         all.retain(|o| w.look(*o).is_ok_and(|o| type_of(c, o) == kind));
     }
     Ok(all.into_iter().map(handle).collect())

@@ -2,11 +2,12 @@
 
 use crate::kit::*;
 
-/// A type of packed element.
+/// An element type, and the commands that pack and unpack its values.
 struct Element {
     name: &'static str,
-    /// Names of the packing and the unpacking command: the current name, the flat one, and the oldest one.
+    /// Names of the packing command: current, flat and oldest.
     pack_names: [&'static str; 3],
+    /// Names of the unpacking command, in the same order.
     unpack_names: [&'static str; 3],
     size: usize,
     pack: fn(f64, &mut Vec<u8>),
@@ -32,7 +33,7 @@ macro_rules! element {
     };
 }
 
-/// The element types. Integers that are out of range wrap around.
+/// The element types. Integers outside the range of a type wrap around.
 const ELEMENTS: &[Element] = &[
     element!(
         "Float",
@@ -103,7 +104,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             })
             .old_name(oldest_pack, NIL)
             .old_name(old_pack, NIL)
-            .param(Param::any("numbers").text("a table; values that are not numbers count as 0"))
+            .param(Param::any("numbers").text("a table; values that are not numbers are packed as 0"))
             .param(Param::int("start").default(0).optional().text("from 0"))
             .param(Param::int("count").default(0).optional().text("0: all remaining elements"))
             .returns(Param::bytes("data").text("no value if no numbers are selected"))

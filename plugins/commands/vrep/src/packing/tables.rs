@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("table"))
         .param(Param::int("scheme").default(0).optional().text("ignored"))
         .returns(Param::bytes("data"))
-        .text("Packs a table of booleans, numbers, texts and tables into a string of bytes.")
+        .text("Packs a table of booleans, numbers, strings and tables into a string of bytes.")
         .partial("The format is specific to Tatu, regardless of the scheme."),
     );
     offer.command(
@@ -29,6 +29,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::string("data").text("empty: an empty table"))
         .returns(Param::any("table"))
-        .text("Unpacks a table that was packed by `sim.packTable`, by the original, or as CBOR."),
+        .text("Unpacks a table that was packed by `sim.packTable`, by V-REP, or as CBOR."),
     );
 }

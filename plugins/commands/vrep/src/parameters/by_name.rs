@@ -1,7 +1,7 @@
 //! Commands on properties by name: `sim.getFloatProperty(thruster, 'thruster.thrust')` and similar ones.
 //!
-//! A name is the key of one of Tatu's properties (including those of plugins' devices), or a name of the original:
-//! `customData.NAME` and `signal.NAME`, which are created when set, and names of properties that Tatu also has.
+//! A name is either the key of a Tatu property, including properties of devices, or a property name of V-REP:
+//! `customData.NAME` and `signal.NAME`, which are created when set, and V-REP's names for properties of Tatu.
 
 use crate::{kit::*, simulation::run::state_now};
 
@@ -72,7 +72,7 @@ fn target() -> Param {
 }
 fn key() -> Param {
     Param::string("name").text(
-        "`<kind>.<key>` (`joint.max_force`, `thruster.thrust`), a name of the original, `customData.NAME` or `signal.NAME`",
+        "`<kind>.<key>` (`joint.max_force`, `thruster.thrust`), a name in V-REP, `customData.NAME` or `signal.NAME`",
     )
 }
 
@@ -124,7 +124,8 @@ fn family(
     );
     offer.command(
         Cmd::new(set, move |c| {
-            let value = read(c.arg(2)).ok_or_else(|| Fail::argument("argument 3 has the wrong type"))?;
+            let value =
+                read(c.arg(2)).ok_or_else(|| Fail::argument(format!("argument 3: expected a value of type {of}")))?;
             change(c, of, &value)
         })
         .param(target())
@@ -150,7 +151,7 @@ enum Kept<'a> {
     Block(&'a str),
     /// Private custom data under this tag: a `customData` value that is not a buffer, or a signal of another type.
     Other(String),
-    /// A signal of this kind and name; of the world, or of an object.
+    /// A signal of this kind and name, which belongs to the world or to an object.
     Signal(u32, &'a str),
 }
 
@@ -217,7 +218,8 @@ fn packed(c: &Ctx<'_>, id: tatu_object, key: &str) -> Result<Option<Value>> {
     tags::private(c, id, key)?.map(|data| tables::unpack(&data)).transpose()
 }
 
-/// Returns a property of the original's application or scene that is constant in Tatu, or derived from other values.
+/// Returns a property of V-REP's application or scene that is constant in Tatu or derived from other values, or `None`
+/// for any other name.
 fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
     Ok(Some(match (c.i64(0)?, name) {
         (HANDLE_SCENE, "simulationState" | "simulation.state") => Value::Int(state_now(c)?),
@@ -225,7 +227,7 @@ fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
         (HANDLE_SCENE, "dynamicsEnabled" | "dynamics.enabled") => Value::Bool(true),
         (HANDLE_SCENE, "dynamicsEngine" | "dynamics.engine") => Value::Ints(vec![0, 0]),
         (APP, "headlessMode") => Value::Int(1),
-        // The number of Linux in sim.intparam_platform.
+        // The value of `sim.intparam_platform` on Linux.
         (APP, "platform") => Value::Int(2),
         (APP, "displayEnabled") => Value::Bool(false),
         (APP, "processCnt") => Value::Int(1),
@@ -234,7 +236,7 @@ fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
     }))
 }
 
-/// Properties whose key cannot be derived from their name in the original: that name, and the key.
+/// Pairs of a V-REP property name and the key of a Tatu property that cannot be derived from it.
 const RENAMED: &[(&str, &str)] = &[
     ("simulationTime", "scene.time"),
     ("simulation.time", "scene.time"),
@@ -253,7 +255,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("restitution", "shape.restitution"),
 ];
 
-/// Returns the keys to which a name may refer, in the order in which they are tried.
+/// Returns the keys to which a name can refer, in the order in which they are tried.
 fn candidates(c: &Ctx<'_>, id: tatu_object, name: &str) -> Result<Vec<String>> {
     let mut keys = vec![name.to_owned()];
     keys.extend(RENAMED.iter().filter(|(theirs, _)| *theirs == name).map(|(_, ours)| (*ours).to_owned()));

@@ -1,7 +1,7 @@
 //! Parameters of objects by number, as in `sim.getObjectInt32Param(box, sim.shapeintparam_static)`.
 //!
-//! If an object has no parameter with the given number, getters return no value; called by their old names, they return
-//! only 0 instead of 1 and the value.
+//! If an object has no parameter with the given number, a getter returns no value. A getter called by its old name
+//! returns 1 and the value, or only 0 if there is no such parameter.
 
 use super::targets;
 use crate::{
@@ -140,8 +140,9 @@ impl Number for f64 {
     }
 }
 
-/// Number of the parameter that selects what a vision sensor detects; below, that of a proximity sensor.
+/// Number of the parameter that selects which objects a vision sensor detects.
 const TO_RENDER: i64 = 1008;
+/// Number of the parameter that selects which objects a proximity sensor detects.
 const TO_DETECT: i64 = 4002;
 
 fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
@@ -166,7 +167,7 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         (TATU_KIND_SHAPE, 3017) => yes(p.convex)?,
         (TATU_KIND_SHAPE, 3019) => int_of(c, id, p.respondable_mask)?,
         (TATU_KIND_SENSOR, TO_RENDER | TO_DETECT) => targets::get(c, id)?,
-        // Whether and how the original displays the sensor's volume.
+        // Whether and how V-REP displays the sensor's volume.
         (TATU_KIND_SENSOR, 4000) => 0,
         (TATU_KIND_SENSOR, 4001) => volume(c, id)?,
         (TATU_KIND_SENSOR, _) => return parameters::get_int(c, id, n),
@@ -174,7 +175,7 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
     }))
 }
 
-/// Returns the original's number for the shape of a proximity sensor's volume.
+/// Returns V-REP's number for the shape of a proximity sensor's volume.
 fn volume(c: &Ctx<'_>, sensor: tatu_object) -> Result<i64> {
     Ok(match text_of(c, sensor, c.world().host().prop("proximity.volume"))?.as_str() {
         "pyramid" => 30,
@@ -194,7 +195,7 @@ fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
         (TATU_KIND_JOINT, 2000 | 2001 | 2039) => {
             let now = control(c, id)?;
             let next = controlled(&now, n, value)
-                .ok_or_else(|| Fail::unsupported(format!("joints have no control mode {value}")))?;
+                .ok_or_else(|| Fail::unsupported(format!("joint control mode {value} is not supported")))?;
             if next != now {
                 w.set(id, p.joint_control, &next.into())?;
             }
@@ -232,7 +233,7 @@ fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
     })
 }
 
-/// Size of an object that has no size of its own, m.
+/// Size reported for objects without a size, m.
 const DUMMY: f64 = 0.01;
 
 fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
@@ -272,11 +273,11 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
 fn gains(c: &Ctx<'_>, joint: tatu_object) -> Result<[f64; 3]> {
     let set = c.world().get(joint, c.plugin().p.joint_gains)?;
     let set: Vec<f64> = (0..3).filter_map(|i| set.number(i)).collect();
-    // Joints without gains use the original's default for P, 0.1 per physics step of 5 ms.
+    // Joints without gains use V-REP's default for P, 0.1 per physics step of 5 ms.
     Ok(set.try_into().unwrap_or([20.0, 0.0, 0.0]))
 }
 
-/// Returns the physics step in s, which is needed because the original's gains are per step.
+/// Returns the physics step, s, to which V-REP's gains refer.
 fn engine_step(c: &Ctx<'_>) -> Result<f64> {
     c.world().f64(0, c.plugin().p.physics_dt)
 }

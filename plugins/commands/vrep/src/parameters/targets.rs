@@ -1,8 +1,8 @@
 //! The entity that a sensor detects: an object, the objects of a collection, or everything
 //! (`sim.proxintparam_entity_to_detect`, `sim.visionintparam_entity_to_render`).
 //!
-//! The core stores a list of paths, see `sensor.targets`; the handle passed by the script is stored with the sensor. A
-//! collection is resolved when it is set, so later changes to it have no effect.
+//! The core stores a list of paths (`sensor.targets`); the handle that the script passed is stored with the sensor. A
+//! collection is resolved when the entity is set, so later changes to the collection have no effect.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! Commands on paths, which are tables of configurations, or objects in old scenes.
+//! Commands on paths, which are tables of configurations or, in old scenes, objects.
 
 pub(crate) mod objects;
 mod tables;

@@ -211,11 +211,11 @@ fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
     }
 }
 
-/// A path with its control points, in its own frame.
+/// The shape of a path, in the frame of the path object.
 struct Path {
     points: Vec<Pose>,
-    /// For each control point, the rounded fractions of the segments before and after it, and the number of points of
-    /// the arc. Empty if corners are not rounded.
+    /// For each control point, the fractions of the adjacent segments that are rounded, before and after it, and the
+    /// number of points of the arc. Empty if corners are not rounded.
     rounding: Vec<[f64; 3]>,
     closed: bool,
 }
@@ -304,7 +304,8 @@ fn write(c: &Ctx<'_>, id: tatu_object, path: &Path) -> Result {
     tags::set_private(c, id, "path", Some(text.as_bytes()))
 }
 
-/// Advances an object along a path; called again in each step. The word passed to the wait is the key in `follows`.
+/// Advances an object along a path, and is called again in each step. The word passed to the wait is the key of the
+/// motion in `follows`.
 fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
     let (w, dt) = (c.world(), c.world().f64(0, c.plugin().p.dt)?);
     let word = match c.resumed() {
@@ -327,7 +328,9 @@ fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
         word => word as i64,
     };
     let found = crate::state::state(c)?.follows.get(&word).copied();
-    let Some((object, path, what, along, v)) = found else { return Err(Fail::new("the motion has ended")) };
+    let Some((object, path, what, along, v)) = found else {
+        return Err(Fail::new("the motion along the path no longer exists"));
+    };
     let length = read(c, path)?.length();
     let next = if length > 0.0 { along + v * dt / length } else { 1.0 };
     let at = al::compose(&w.pose(path, 0)?, &read(c, path)?.at(next));

@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         }
                     }
                     None => {
-                        // Configurations of 7 numbers are poses, of which only the position counts.
+                        // Configurations of 7 numbers are poses; their distance is that of their positions.
                         let k = if n == 7 { 3 } else { n };
                         distance(&pair[0][..k], &pair[1][..k])
                     }
@@ -63,7 +63,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.resamplePath", |c| {
             let (path, lengths) = (floats(c, 0)?, floats(c, 1)?);
             let n = usize::try_from(c.i64(2)?).ok().filter(|n| (2..=1_000_000).contains(n));
-            let n = n.ok_or_else(|| Fail::argument("argument 3: expected at least 2 configurations"))?;
+            let n =
+                n.ok_or_else(|| Fail::argument("argument 3: expected a number of configurations from 2 to 1000000"))?;
             let total = lengths.last().copied().unwrap_or(0.0);
             let types = c.arg(4).numbers().unwrap_or_default();
             let mut out = Vec::new();
@@ -87,7 +88,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (path, lengths, p) = (floats(c, 0)?, floats(c, 1)?, numbers::<3>(c, 2)?);
             let n = path.len().checked_div(lengths.len()).unwrap_or(0);
             if n < 3 {
-                return Err(Fail::argument("the path and the lengths have different numbers of configurations"));
+                return Err(Fail::argument("argument 1: expected at least 3 numbers for each element of argument 2"));
             }
             let points: Vec<[f64; 3]> = path.chunks_exact(n).map(|q| [q[0], q[1], q[2]]).collect();
             let (i, t) = nearest(&points, p);
@@ -105,7 +106,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getConfigDistance", |c| {
             let (a, b) = (floats(c, 0)?, floats(c, 1)?);
             if a.len() != b.len() {
-                return Err(Fail::argument("the configurations differ in length"));
+                return Err(Fail::argument("arguments 1 and 2: expected configurations of the same length"));
             }
             let (metric, types) = (c.arg(2).numbers().unwrap_or_default(), c.arg(3).numbers().unwrap_or_default());
             let sum: f64 = (0..a.len())

@@ -93,8 +93,8 @@ impl Way {
     }
 }
 
-/// Returns the shortest segment between two entities, if both have shapes. If `limit` (m) is greater than 0, a longer
-/// segment counts as not found.
+/// Returns the shortest segment between the shapes of two entities, or `None` if one of them has no shapes. If `limit`,
+/// m, is greater than 0, segments longer than `limit` are ignored.
 pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<Way>> {
     let (first, second) = match (first, second) {
         (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),

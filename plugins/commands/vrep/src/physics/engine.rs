@@ -1,4 +1,4 @@
-//! Commands on parameters of the original's physics engines for which shapes have an equivalent, and on its materials.
+//! Commands on parameters of V-REP's physics engines for which shapes have an equivalent, and on V-REP's materials.
 
 use crate::kit::*;
 
@@ -14,7 +14,7 @@ fn prop(p: &Props, parameter: i64) -> Option<Prop> {
     })
 }
 
-/// Returns the friction of a material of the original against a floor with friction 1. The values are estimates,
+/// Returns the friction of one of V-REP's materials against a floor with friction 1. The values are estimates,
 /// because only the names of the materials are documented: wheels and grippers have high friction, feet slightly less,
 /// and low-friction materials slide.
 fn friction_of(material: i64) -> Option<f64> {
@@ -52,14 +52,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.setShapeMaterial", "simSetShapeMaterial"], MINUS, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let friction = friction_of(c.i64(1)?)
-                .ok_or_else(|| Fail::unsupported(format!("there is no material {}", c.i64(1).unwrap_or(0))))?;
+                .ok_or_else(|| Fail::unsupported(format!("material {} is not supported", c.i64(1).unwrap_or(0))))?;
             c.world().set(shape, c.plugin().p.friction, &Value::Float(friction))?;
             done(c)
         })
         .param(object("shape"))
         .param(Param::int("material").text("sim.dynmat_..."))
         .text("Sets the friction of a shape to that of a material.")
-        .partial("Friction values are estimates, because the original's values are not published."),
+        .partial("Friction values are estimates, because V-REP's values are not published."),
     );
 }
 

@@ -1,4 +1,4 @@
-//! Commands on the collision and distance objects of old scenes, which are pairs of entities.
+//! Commands on the collision objects and distance objects of old scenes, each of which is a pair of entities.
 //!
 //! Pairs with explicit handling are evaluated when a script handles them, all others when they are read.
 
@@ -81,7 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     ] {
         offer.command(
             both(names, MINUS, move |c| handle_pairs(c, sort))
-                .param(Param::int("object").text("sim.handle_all, sim.handle_all_except_explicit, or one"))
+                .param(Param::int("object").text("sim.handle_all, sim.handle_all_except_explicit, or a handle"))
                 .returns(Param::int("result").text("number of results found; for a single object: 1 or 0"))
                 .returns(
                     Param::any("found").text("for a single object: the two shapes that touch, or the distance in m"),
@@ -122,7 +122,7 @@ fn chosen(c: &Ctx<'_>, sort: Sort, which: i64) -> Result<Vec<Pair>> {
     }
 }
 
-/// Evaluates a pair.
+/// Evaluates a pair, and returns the closest segment that was found.
 fn look(c: &Ctx<'_>, sort: Sort, pair: &Pair) -> Result<Option<Found>> {
     let entity = |handle: i64| -> Result<Entity> {
         match handle {
@@ -146,7 +146,8 @@ fn look(c: &Ctx<'_>, sort: Sort, pair: &Pair) -> Result<Option<Found>> {
     })
 }
 
-/// Returns the result of the pair in argument 0: evaluated now, or if its handling is explicit, the stored result.
+/// Returns the result of the pair in argument 0. A pair with explicit handling has a stored result; any other pair is
+/// evaluated now.
 fn read(c: &Ctx<'_>, sort: Sort) -> Result<Option<Found>> {
     let which = c.i64(0)?;
     match chosen(c, sort, which)?.as_slice() {

@@ -117,7 +117,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getScriptExecutionCount", |c| {
             let calls = match c.caller_script() {
                 0 => 0,
-                // The counter already includes the running call.
+                // The counter includes the current call.
                 script => int_of(c, script, c.plugin().p.script_calls)? - 1,
             };
             c.ret(calls.max(0));
@@ -162,8 +162,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetScriptSimulationParameter", NIL)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .param(Param::string("name"))
-        .param(Param::any("asText").optional().text("true: returns a text, whatever it contains"))
-        .returns(Param::any("value").text("a boolean, number or text; no value if the parameter is not set"))
+        .param(Param::any("asText").optional().text("true: returns the value as a string"))
+        .returns(Param::any("value").text("a boolean, number or string; no value if the parameter is not set"))
         .text(
             "Returns a parameter of a script, set by another script, or by the scene as custom data of the script's \
              object under the tag `parameter.` followed by the name.",
@@ -200,7 +200,7 @@ fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object>
     };
     let found = all.iter().find(of_kind).copied();
     if found.is_none() && owner != 0 && kind == "child" {
-        // A run without a scene starts without scripts on other objects. The failed lookup is recorded, so that the
+        // In a run without a scene, other objects have no scripts at first. The failed lookup is recorded so that the
         // object has a script in the next attempt.
         c.world().missed_script(owner);
     }
@@ -261,15 +261,15 @@ pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
 }
 
 /// Returns a script parameter that is set by the scene or the model, as custom data of the script's object under a tag
-/// that begins with `parameter.`.
+/// that starts with `parameter.`.
 fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
     // The main script does not belong to an object.
     let owner = parent(c, *script).unwrap_or(0);
     if owner == 0 { Ok(None) } else { tags::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
 }
 
-/// Returns the scripts that argument 0 selects: one, all, or those of the descendants or ancestors of the caller's
-/// object.
+/// Returns the scripts that argument 0 selects: one script, all scripts, or those of the descendants or ancestors of
+/// the caller's object.
 fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let own = c.caller_object();
     let owners = match c.i64(0)? {
@@ -293,7 +293,7 @@ fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     Ok(scripts)
 }
 
-/// Converts a parameter's text to the value that it spells: nil, a boolean, a number, or else the text itself.
+/// Converts the text of a parameter to nil, a boolean or a number if it spells one, otherwise to a string.
 fn typed(text: Vec<u8>) -> Value {
     match text.as_slice() {
         b"nil" => Value::Nil,

@@ -1,6 +1,6 @@
--- Functions that must be written in Lua: they modify their arguments in place, or run text.
+-- Functions that must be written in Lua because they modify their arguments in place or run code.
 local _ = ...
--- Local copies, because scripts may redefine these globals.
+-- Local copies, because scripts can redefine these globals.
 local load, pcall, setmetatable = load, pcall, setmetatable
 
 -- `sim.invertMatrix` modifies its argument in place; it accepts poses as well.
@@ -12,7 +12,7 @@ rawset(sim, 'invertMatrix', function(matrix)
     return 1
 end)
 
--- Runs a text in this script, for sim.executeScriptString; returns whether it succeeded, and its first result.
+-- Runs code in this script, for sim.executeScriptString. Returns whether it succeeded, and its first result.
 function _tatu_execute(text)
     local chunk, why = load('return ' .. text, '=string', 't')
     if not chunk then
@@ -29,7 +29,7 @@ function _tatu_assign(name, value)
     _G[name] = value
 end
 
--- Access to the functions of another script as if they were methods: sim.getScriptFunctions(handle):move(1).
+-- Returns a table whose methods call the functions of another script: sim.getScriptFunctions(handle):move(1).
 rawset(sim, 'getScriptFunctions', function(script)
     return setmetatable({}, {
         __index = function(_, name)

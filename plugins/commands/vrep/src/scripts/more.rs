@@ -1,11 +1,11 @@
-//! More commands on scripts: running code in them, their variables and attributes, and parameters of users.
+//! Further commands on scripts: running code in them, their variables and attributes, and user parameters.
 
 use super::calls as scripts;
 use crate::{kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.prelude("lua", "", include_str!("catalogue.lua"));
-    let target = || Param::any("script").text("a handle, or a script type if the text names the object");
+    let target = || Param::any("script").text("a handle, or a script type if the object's name is appended");
     offer.command(
         both(["sim.executeScriptString", "simExecuteScriptString"], MINUS, |c| {
             let text = c.text(0)?;
@@ -20,7 +20,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     Ok(())
                 }
                 Err(e) if e.code() == TATU_ERR_MISSING => {
-                    Err(Fail::unsupported("the script's language does not support running code from text"))
+                    Err(Fail::unsupported("the script's language does not support running code from a string"))
                 }
                 Err(e) => Err(e),
             }
@@ -119,7 +119,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("table"))
         .returns(Param::any("copy"))
         .text("Returns a copy of a table, including the tables in it.")
-        .partial("Only booleans, numbers, texts and tables can be copied."),
+        .partial("Only booleans, numbers, strings and tables can be copied."),
     );
 }
 
@@ -174,7 +174,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Adds commands for the parameters that users can set in the original's dialogs.
+/// Adds commands for the parameters that users can set in V-REP's dialogs.
 fn parameters(offer: &mut Offer<Vrep>) {
     let name = |c: &Ctx<'_>| Ok::<_, Fail>(format!("parameter {}", c.text(1)?));
     let target = |c: &Ctx<'_>| match c.i64(0)? {

@@ -1,4 +1,4 @@
-//! Commands on the colours of objects, the size of shapes, and text parameters of objects.
+//! Commands on the colours of objects, the size of shapes, and string parameters of objects.
 
 use crate::kit::*;
 
@@ -99,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     texts(offer);
 }
 
-/// Adds commands on text parameters by number. The original has a few such parameters; here they are only stored.
+/// Adds commands on string parameters by number. V-REP has a few such parameters; here they are only stored.
 fn texts(offer: &mut Offer<Vrep>) {
     let key = |c: &Ctx<'_>| Ok::<_, Fail>(format!("text {}", c.i64(1)?));
     let get = move |c: &mut Ctx<'_>| -> Result {
@@ -110,15 +110,15 @@ fn texts(offer: &mut Offer<Vrep>) {
         Ok(())
     };
     let number = || Param::int("parameter").text("a number from the tables of constants");
-    let kept = "Texts are only stored and returned; they have no effect.";
+    let kept = "The strings are only stored and returned; they have no effect.";
     offer.command(
         Cmd::new("sim.getObjectStringParam", get)
             .alias("sim.getObjectStringParameter")
             .old_name("simGetObjectStringParameter", NIL)
             .param(object("object"))
             .param(number())
-            .returns(Param::string("text").text("no value if the text was not set"))
-            .text("Returns a text parameter of an object.")
+            .returns(Param::string("text").text("no value if the string was not set"))
+            .text("Returns a string parameter of an object.")
             .partial(kept),
     );
     offer.command(
@@ -134,7 +134,7 @@ fn texts(offer: &mut Offer<Vrep>) {
         .param(number())
         .param(Param::string("text"))
         .returns(Param::int("done"))
-        .text("Sets a text parameter of an object.")
+        .text("Sets a string parameter of an object.")
         .partial(kept),
     );
 }

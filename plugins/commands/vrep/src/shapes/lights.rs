@@ -6,7 +6,7 @@ use crate::kit::*;
 /// Properties of a light object take precedence.
 const TAG: &str = "light";
 
-/// Default values of a light: on, with grey colours.
+/// Default values of a light, in the same order: on, with grey colours.
 const USUAL: [f64; 7] = [1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {

@@ -12,7 +12,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 2 => ("cylinder", "Cylinder"),
                 n => {
                     return Err(Fail::unsupported(format!("there is no pure shape type {n}"))
-                        .help("0: cuboid, 1: sphere, 2: cylinder"));
+                        .help("use 0 (cuboid), 1 (sphere) or 2 (cylinder)"));
                 }
             };
             let shape = make(c, primitive, alias, numbers(c, 2)?)?;
@@ -167,7 +167,7 @@ fn facts(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the shape in argument 0, which is a handle, or a handle after a prefix by which models from before V-REP
+/// Returns the shape in argument 0, which is a handle, possibly after a prefix with which models from before V-REP
 /// 3.1.4 request old behaviour. Returns `None` if the handle after the prefix is not positive.
 fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     let Some(text) = c.arg(0).as_str() else { return of_kind(c, 0, TATU_KIND_SHAPE).map(Some) };
@@ -175,7 +175,7 @@ fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     let id = match handle.trim().parse::<f64>() {
         Ok(n) if n > 0.0 => n as u64,
         Ok(_) => return Ok(None),
-        Err(_) => return Err(Fail::argument(format!("argument 1: expected a handle, found the text \"{text}\""))),
+        Err(_) => return Err(Fail::argument(format!("argument 1: expected a handle, found the string \"{text}\""))),
     };
     let o = c.world().look(id)?;
     let is_shape = o.kind == TATU_KIND_SHAPE || c.world().used_as(o.id, "shape");
@@ -198,7 +198,7 @@ fn kept_rgb(v: &Value) -> [f64; 3] {
     std::array::from_fn(|i| if let Some(Value::Float(x)) = all.get(i) { *x } else { 0.0 })
 }
 
-/// Returns `mass`, but at least 1e-7 kg, the minimum that physics can handle.
+/// Returns `mass`, but at least 1e-7 kg, the minimum that physics supports.
 fn positive(mass: f64) -> f64 {
     mass.max(1e-7)
 }

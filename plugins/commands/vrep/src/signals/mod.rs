@@ -1,4 +1,4 @@
-//! Commands by which scripts communicate: signals, tubes, wireless data.
+//! Commands with which scripts communicate: signals, tubes, wireless data.
 
 mod tubes;
 pub(crate) mod values;

@@ -20,7 +20,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .text("maximum number of packets waiting at this end; the oldest is dropped"),
         )
         .param(Param::any("unused").optional())
-        .returns(Param::int("tube").text("-1: both ends are taken"))
+        .returns(Param::int("tube").text("-1: both ends are already open"))
         .text("Opens one end of a tube; the second script that opens it gets the other end.")
         .example("tube = sim.tubeOpen(0, 'robot_2D_SCANNER_DATA', 1)"),
     );
@@ -82,8 +82,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // After a wait, the command is called again with the word passed to it: the tube's number plus one, as 0 means no
-    // wait.
+    // After a wait, the command is called again with the resume word, which is the tube's number plus one, because 0
+    // means that there was no wait.
     let tube = match c.resumed() {
         0 => c.i64(0)?,
         word => word as i64 - 1,

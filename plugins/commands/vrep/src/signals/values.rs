@@ -34,24 +34,26 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// The names of a command: the current one, the flat one, and an alias that is still accepted.
 type Names = (&'static str, &'static str, Option<&'static str>);
 
-/// Names of the commands that set, get and clear an integer signal; below, those for the other kinds.
+/// Names of the commands that set, get and clear an integer signal.
 const INT32: [Names; 3] = [
     ("sim.setInt32Signal", "simSetIntegerSignal", Some("sim.setIntegerSignal")),
     ("sim.getInt32Signal", "simGetIntegerSignal", Some("sim.getIntegerSignal")),
     ("sim.clearInt32Signal", "simClearIntegerSignal", Some("sim.clearIntegerSignal")),
 ];
+/// Names of the commands for float signals, in the same order.
 const FLOAT: [Names; 3] = [
     ("sim.setFloatSignal", "simSetFloatSignal", None),
     ("sim.getFloatSignal", "simGetFloatSignal", None),
     ("sim.clearFloatSignal", "simClearFloatSignal", None),
 ];
+/// Names of the commands for string signals, in the same order.
 const STRING: [Names; 3] = [
     ("sim.setStringSignal", "simSetStringSignal", Some("sim.setBufferSignal")),
     ("sim.getStringSignal", "simGetStringSignal", Some("sim.getBufferSignal")),
     ("sim.clearStringSignal", "simClearStringSignal", Some("sim.clearBufferSignal")),
 ];
 
-/// Adds the three commands for a kind of signal; `word` is the name of the kind in descriptions.
+/// Adds the three commands for a kind of signal; `word` denotes the kind in descriptions.
 fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 3], value: Param) {
     let [set, get, clear] = names;
     let named = |(name, flat, other): &Names, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
@@ -108,7 +110,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
             c.ret(i64::from(n));
             Ok(())
         })
-        .param(Param::string("name").optional().text("nil: all of them"))
+        .param(Param::string("name").optional().text("nil: all signals of this kind"))
         .returns(Param::int("count").text("the number of signals removed"))
         .text(format!("Removes the {word} signal with this name."))
         .example(format!("{}('state')", clear.0)),

@@ -4,8 +4,8 @@
 
 use crate::{kit::*, state::state};
 
-/// The parameters of one type: the name of the type, the names of the getter and setter, a parameter for the example,
-/// and the functions that read and set parameters.
+/// The parameters of one type: the name of the type, the names of the getter and setter, a parameter that the example
+/// uses, and the functions that read and set parameters.
 struct Family {
     name: &'static str,
     getter: Names,
@@ -132,7 +132,7 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
     );
 }
 
-/// Stores a parameter that has no effect here, so that scripts can read the value that was set.
+/// Stores the value of a parameter that has no effect here, so that scripts can read it.
 fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) -> Result {
     if FIXED.iter().any(|(name, all)| *name == family.name && all.contains(&n)) {
         return Err(Fail::unsupported(format!("parameter {n} is read-only")));
@@ -144,7 +144,7 @@ fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) ->
     tags::set_private(c, 0, &format!("{} {n}", family.name), Some(&tables::pack(&wanted)?))
 }
 
-/// Types of parameters, each with the numbers of its read-only parameters.
+/// Types of parameters, and the numbers of the read-only parameters of each type.
 const FIXED: &[(&str, &[i64])] =
     &[("Bool", &[34]), ("Int32", &[1, 2, 4, 19, 23, 26, 30, 39]), ("Float", &[0]), ("String", &[0, 13, 14, 15])];
 
@@ -153,10 +153,10 @@ fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
     if let Some(kept) = tags::private(c, 0, &format!("{} {n}", family.name))? {
         return tables::unpack(&kept);
     }
-    (family.get)(c, n)?.ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of this type")))
+    (family.get)(c, n)?.ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of type {}", family.name)))
 }
 
-/// Returns whether two values are equal; a boolean is compared with the truth of the other value.
+/// Returns whether two values are equal. A boolean is compared with the truth of the other value.
 fn same(is: &Value, wanted: &Value) -> bool {
     match is {
         Value::Bool(b) => *b == !matches!(wanted, Value::Nil | Value::Bool(false)),
@@ -233,7 +233,7 @@ fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
         None => (String::new(), file.to_owned()),
     };
     let text = match n {
-        // Command-line arguments are not passed on to scripts.
+        // Command-line arguments are not passed to scripts.
         2..=10 => String::new(),
         13 => file()?,
         14 => parts(&file()?).0,

@@ -96,7 +96,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("index").text("from 0"))
             .returns(Param::string("name").text("no value past the end"))
             .text("Returns the name of a loaded V-REP plugin; no such plugins exist.")
-            .partial("Plugins of the original are not supported, so the list is empty."),
+            .partial("V-REP plugins are not supported, so the list is empty."),
     );
     offer.command(
         Cmd::new("sim.getSystemTime", |c| {
@@ -129,7 +129,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the phase of the world as the original's simulation state.
+/// Converts the phase of the world to V-REP's simulation state.
 pub(crate) fn state_now(c: &Shared<'_>) -> Result<i64> {
     Ok(match int_of(c, 0, c.plugin().p.phase)? as u32 {
         TATU_PHASE_FIRST => 16,

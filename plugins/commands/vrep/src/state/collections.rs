@@ -25,7 +25,7 @@ pub(crate) struct Part {
     pub(crate) exclude: bool,
 }
 
-/// A collection read from a file: name, handle, parts.
+/// A collection that was read from a file: its name, handle and parts.
 pub(crate) type FromFile = (String, i64, Vec<Part>);
 
 /// All collections of a world, by handle.
@@ -40,7 +40,7 @@ impl Collections {
     pub(crate) fn insert(&mut self, (name, handle, parts): FromFile) {
         self.all.insert(handle, Collection { name, parts });
     }
-    /// Adds an empty collection; returns its handle.
+    /// Adds an empty collection and returns its handle.
     pub(crate) fn add(&mut self, name: String) -> i64 {
         self.made += 1;
         let made = FIRST + self.made;

@@ -1,4 +1,4 @@
-//! Auxiliary consoles, which buffer printed text up to the end of a line.
+//! Auxiliary consoles, which buffer printed text until a line is complete.
 
 use std::collections::BTreeMap;
 

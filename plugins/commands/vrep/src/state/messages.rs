@@ -1,4 +1,4 @@
-//! Pending simulator messages; each script that reads them gets its own copy.
+//! Pending simulator messages. Each script that reads messages receives its own copy of them.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -8,7 +8,7 @@ use tatu_plugin_api::abi::tatu_object;
 /// Maximum number of queued messages; the oldest ones are dropped.
 const ROOM: usize = 64;
 
-/// The last messages, and the number of messages that each script has read.
+/// The most recent messages, and the number of messages that each script has read.
 #[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(crate) struct Messages {
     pub(crate) last: VecDeque<(i64, [i64; 4])>,

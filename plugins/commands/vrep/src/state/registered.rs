@@ -1,8 +1,8 @@
 //! Entities of V-REP scenes that are not objects, as stored in the scene by the importer: collections, collision and
 //! distance objects, groups for inverse kinematics, windows of buttons.
 //!
-//! They form a JSON text under the tag `registered` of the scene's data. It refers to objects by their handles in the
-//! original file, which each object stores under the tag `handle`.
+//! They are stored as JSON under the tag `registered` of the scene's data. The JSON refers to objects by their handles
+//! in the imported file, which each object stores under the tag `handle`.
 
 use std::collections::BTreeMap;
 
@@ -14,9 +14,9 @@ use super::{
 };
 use crate::kit::*;
 
-/// Tag of the JSON text in the scene's data.
+/// Tag of the JSON in the scene's data.
 const TAG: &str = "registered";
-/// Tag of an object's handle in the original file.
+/// Tag of an object's handle in the imported file.
 const HANDLE: &str = "handle";
 
 #[derive(Deserialize, Default)]
@@ -77,7 +77,7 @@ pub(crate) struct Registered {
     pub(crate) windows: Windows,
     /// Objects by their handles in the file.
     objects: BTreeMap<i64, tatu_object>,
-    /// Results of pairs with explicit handling, by their handle.
+    /// Results of pairs with explicit handling, by the handle of the pair.
     pub(crate) found: BTreeMap<i64, Option<Found>>,
 }
 

@@ -73,7 +73,7 @@ impl Tubes {
         let (here, there) = (&tube.ends[end], &tube.ends[1 - end]);
         Some((there.handle.is_some(), here.packets.len(), there.packets.len()))
     }
-    /// Closes an end. Packets that were sent before can still be read at the other end.
+    /// Closes an end. Packets that were sent before it was closed can still be read at the other end.
     pub(crate) fn close(&mut self, handle: i64) -> bool {
         let Some((tube, end)) = self.find(handle) else {
             return false;

@@ -5,10 +5,10 @@ use crate::kit::*;
 
 /// The event that publishes windows to views.
 const EVENT: &str = "ui.window";
-/// The command by which views report user actions.
+/// The command with which views report user actions.
 pub(crate) const ACT: &str = "tatu.actOnButtons";
-/// Words in labels that represent a drawing, and the text that replaces them. In files, buttons that close a window are
-/// labelled `Check`.
+/// Words in labels that stand for a symbol, and the character that replaces them. In files, buttons that close a window
+/// are labelled `Check`.
 const SIGNS: &[(&str, &str)] = &[
     ("ArrowRight", "\u{2192}"),
     ("ArrowLeft", "\u{2190}"),
@@ -30,8 +30,8 @@ fn ints(all: &[i64]) -> Value {
     Value::List(all.iter().map(|x| Value::Int(*x)).collect())
 }
 
-/// Returns the text of a label without its marks, and the colour that they specify: `&&fg900` sets the text colour to
-/// red, `&&n` breaks the line, `&&Box` draws a square.
+/// Returns the text of a label with its marks applied, and the text colour that they specify: `&&fg900` sets the colour
+/// to red, `&&n` breaks the line, `&&Box` inserts a square.
 fn plain(label: &str) -> (String, Option<String>) {
     let mut parts = label.split("&&");
     let mut text = parts.next().unwrap_or("").to_owned();
@@ -58,7 +58,7 @@ fn plain(label: &str) -> (String, Option<String>) {
     (text, color)
 }
 
-/// Returns a colour in the form that views read, from components from 0 to 1.
+/// Formats a colour, whose components range from 0 to 1, as `#rrggbb`.
 fn rgb(parts: impl Iterator<Item = f64>) -> String {
     parts.fold("#".to_owned(), |all, x| format!("{all}{:02x}", (x.clamp(0.0, 1.0) * 255.0).round() as u8))
 }

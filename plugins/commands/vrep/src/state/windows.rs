@@ -20,9 +20,11 @@ pub(crate) mod bits {
     pub(crate) const ROLLS_UP: i64 = 2048;
     pub(crate) const CLOSES: i64 = 4096;
     pub(crate) const DOWN_AND_UP: i64 = 16384;
-    /// Attribute of a visible window; below, other attributes of windows.
+    /// Attribute of windows: visible.
     pub(crate) const VISIBLE: i64 = 1;
+    /// Attribute of windows: only the first row is shown.
     pub(crate) const ROLLED_UP: i64 = 256;
+    /// Attribute of windows: shown only while the object to which the window belongs is selected.
     pub(crate) const WHEN_SELECTED: i64 = 1024;
 }
 
@@ -85,7 +87,7 @@ impl Button {
 }
 
 impl Window {
-    /// Converts a button read from a file, in which slider positions range from -1 to 1.
+    /// Converts a window that was read from a file, in which slider positions range from -1 to 1.
     pub(crate) fn of_file(mut self) -> Self {
         for button in &mut self.buttons {
             button.slider = ((button.slider.clamp(-1.0, 1.0) + 1.0) * SLIDER_END / 2.0).round();

@@ -1,4 +1,4 @@
-//! Commands that main scripts call to run the stages of a step, under their names in the original.
+//! Commands that main scripts call to run the stages of a step, under the names that they have in V-REP.
 //!
 //! | command | stage |
 //! |---|---|
@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.handleDynamics", |c| {
             let step = c.world().f64(0, c.plugin().p.dt)?;
-            // Scripts for versions before 4.5 pass the step as a 32-bit float, which must count as the exact step.
+            // Scripts for versions before 4.5 pass the step as a 32-bit float, which must be treated as the exact step.
             let dt = c.f64(0)?;
             let dt = if dt as f32 == step as f32 { step } else { dt };
             if !is_main(c)? {
@@ -99,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// Commands of main scripts whose function is performed in a different part of the step, or automatically.
+/// Commands of main scripts whose task is performed in a different part of the step, or automatically.
 const ELSEWHERE: &[(Names, &str)] = &[
     (["sim.handleSimulationStart", "simHandleSimulationStart"], "the run is prepared before its first step"),
     (
@@ -122,8 +122,8 @@ const ELSEWHERE: &[(Names, &str)] = &[
     (["sim.handleVarious", "simHandleVarious"], "its functions are performed by other parts of the step"),
 ];
 
-/// Commands of default main scripts that have nothing to do here: their names, the reason, and whether the first
-/// argument may identify a single object, of a kind that cannot exist here.
+/// Commands of default main scripts that have no effect: their names, the reason, and whether the first argument can
+/// identify a single object, of a kind that does not exist in Tatu.
 const NOTHING: &[(Names, &str, bool)] = &[
     (["sim.handleSandboxScript", "simHandleSandboxScript"], "there is no sandbox", false),
     (["sim.handleJoint", "simHandleJoint"], "joints only move in physics", false),
@@ -142,7 +142,7 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     if !is_main(c)? {
         return call_below(c, actuation, sensing);
     }
-    // In the oldest form, the first argument selects all scripts, and the call type may be missing.
+    // In the oldest form, the first argument selects all scripts, and the call type can be missing.
     let kind = match (c.arg(0).as_i64(), c.arg(1).as_i64()) {
         (None, _) => actuation,
         (Some(n), None) if n < 0 => actuation,
@@ -160,15 +160,15 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     Ok(c.world().scripts(0)?.iter().filter(|s| **s != main).count() as i64)
 }
 
-/// Calls the scripts of the descendants of the caller's object; returns their number.
+/// Calls the scripts of the descendants of the caller's object, and returns the number of these scripts.
 fn call_below(c: &Ctx<'_>, actuation: i64, sensing: i64) -> Result<i64> {
     let stage_of = |n: i64| match n {
         n if n == actuation => Some(TATU_STAGE_ACTUATE),
         n if n == sensing => Some(TATU_STAGE_REACT),
         _ => None,
     };
-    // In the oldest form, the first argument selects all scripts, and the call type may be missing; these scripts run
-    // once per step, in actuation.
+    // In the oldest form, the first argument selects all scripts, and the call type can be missing; scripts that use
+    // this form run once per step, in actuation.
     let (stage, first) = match (c.arg(0).as_i64(), c.arg(1).as_i64().and_then(stage_of)) {
         (Some(n), Some(stage)) if n < 0 => (stage, 2),
         (Some(n), None) if n < 0 => (TATU_STAGE_ACTUATE, 1),

@@ -1,4 +1,4 @@
-//! Commands with which main scripts run the stages of a step, and with which threads wait.
+//! Commands with which main scripts run the stages of a step, and commands with which threads wait.
 
 mod main_script;
 mod threads;

@@ -1,4 +1,4 @@
-//! Commands that wait; threaded scripts and coroutines call them to let the simulation advance.
+//! Commands that wait. Threaded scripts and coroutines call them to let the simulation advance.
 
 use crate::{kit::*, signals::values::KINDS, state::state};
 
@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.wait", |c| {
             let now = c.world().f64(0, c.plugin().p.time)?;
-            // After the wait, the command is called again with the end time as its word.
+            // After the wait, the command is called again with the end time as resume word.
             let until = match c.resumed() {
                 0 => now + c.f64(0)?.max(0.0),
                 word => f64::from_bits(word),
@@ -119,7 +119,7 @@ fn slices(offer: &mut Offer<Vrep>) {
             .param(Param::any("free"))
             .returns(Param::int("result").text("0"))
             .text(
-                "In the original, lets a thread run in parallel with the simulation. Has no effect here, because \
+                "In V-REP, lets a thread run in parallel with the simulation. Has no effect here, because \
                    threads never do.",
             )
             .example("sim.setThreadIsFree(true)"),
@@ -134,7 +134,7 @@ fn slices(offer: &mut Offer<Vrep>) {
         .param(Param::int("order").optional())
         .returns(Param::int("result").text("1"))
         .text(
-            "In the original, sets where in a step a thread resumes. Has no effect here: a thread always resumes \
+            "In V-REP, sets where in a step a thread resumes. Has no effect here: a thread always resumes \
                immediately before its script's actuation.",
         )
         .example("sim.setThreadResumeLocation(sim.scriptthreadresume_default, 1)"),
@@ -155,7 +155,7 @@ fn slices(offer: &mut Offer<Vrep>) {
             .old_name("simDelegateChildScriptExecution", MINUS)
             .returns(Param::int("result").text("0"))
             .text(
-                "In the original, runs child scripts in the caller's thread. Has no effect here, because each script \
+                "In V-REP, runs child scripts in the caller's thread. Has no effect here, because each script \
                    is called separately.",
             )
             .example("sim.delegateChildScriptExecution()"),

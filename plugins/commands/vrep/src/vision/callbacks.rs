@@ -1,4 +1,4 @@
-//! Callbacks of a sensor's scripts after a measurement: `sysCall_vision`, `sysCall_trigger`.
+//! Callbacks of a sensor's scripts after a measurement: `sysCall_vision` and `sysCall_trigger`.
 
 use super::{
     handle::{ask, settled, tell},

@@ -1,9 +1,9 @@
 //! Filter chains, which vision sensors had before V-REP 4.0: each filter changes a working image, outputs the image, or
 //! reports what it finds in it.
 //!
-//! A chain is a text in the custom data of the sensor under the tag `vision.filters`: filters separated by `;`, each
-//! `type:options:bytes:integers:floats` with numbers separated by commas. Trailing parts may be omitted:
-//! `2;35::0:256,1;38`. The default chain is `1;4`, which outputs the unchanged image.
+//! A chain is a string in the custom data of the sensor under the tag `vision.filters`. It consists of filters
+//! separated by `;`, each written as `type:options:bytes:integers:floats` with numbers separated by commas. Trailing
+//! parts can be omitted: `2;35::0:256,1;38`. The default chain is `1;4`, which outputs the unchanged image.
 
 use super::{
     seen::Seen,
@@ -19,7 +19,7 @@ const TAG: &[u8] = b"vision.filters";
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Filter {
     pub kind: i64,
-    /// Bits: 1: enabled, 2: its packet is not added, 4: it does not trigger.
+    /// Bits: 1: the filter is enabled, 2: its packet is not added to the results, 4: it does not trigger the sensor.
     pub options: i64,
     pub bytes: Vec<i64>,
     pub ints: Vec<i64>,
@@ -54,7 +54,7 @@ fn parse(text: &str) -> Result<Vec<Filter>> {
             Ok(Filter {
                 kind: *kind.first().ok_or_else(|| {
                     Fail::argument(
-                        "`vision.filters`: a filter lacks its type; expected `type:options:bytes:integers:floats`",
+                        "`vision.filters`: a filter has no type; expected `type:options:bytes:integers:floats`",
                     )
                 })?,
                 options: options.first().copied().unwrap_or(ON),
@@ -173,7 +173,7 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
         28 => {
             work.binary(float(0, 0.5));
             let found_here = work.moments();
-            // Each expected value is followed by its tolerance; for roundness, both are lower bounds.
+            // Each expected value is followed by its tolerance. Roundness has only a lower bound.
             let near = |k: usize| {
                 let (wanted, off) = (f64::from(float(4 + 2 * k, 0.0)), f64::from(float(5 + 2 * k, 1e9)));
                 (found_here[k] - wanted).abs() <= off
@@ -229,7 +229,7 @@ fn filter_at(c: &Ctx<'_>, chain: &[Filter]) -> Result<usize> {
     usize::try_from(n)
         .ok()
         .filter(|i| *i < chain.len())
-        .ok_or_else(|| Fail::argument(format!("argument 2: there is no filter {n}; the sensor has {}", chain.len())))
+        .ok_or_else(|| Fail::argument(format!("argument 2: the sensor has {} filters, but no filter {n}", chain.len())))
 }
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -251,7 +251,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(flagged("sensor"))
         .param(Param::int("index").text("from 0"))
         .returns(Param::int("type").text("a number of sim.filtercomponent_..."))
-        .returns(Param::int("options").text("1: it is on"))
+        .returns(Param::int("options").text("1: enabled"))
         .returns(Param::list("bytes"))
         .returns(Param::list("integers"))
         .returns(Param::floats("floats", 0))
@@ -277,10 +277,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("sensor"))
         .param(Param::int("index").text("from 0"))
-        .param(Param::int("options").text("1: it is on"))
-        .param(Param::any("bytes").optional().text("nil: they stay"))
-        .param(Param::any("integers").optional().text("nil: they stay"))
-        .param(Param::any("floats").optional().text("nil: they stay"))
+        .param(Param::int("options").text("1: enabled"))
+        .param(Param::any("bytes").optional().text("nil: unchanged"))
+        .param(Param::any("integers").optional().text("nil: unchanged"))
+        .param(Param::any("floats").optional().text("nil: unchanged"))
         .param(Param::any("custom").optional().text("ignored"))
         .returns(Param::int("type").text("a number of sim.filtercomponent_..."))
         .text("Sets the parameters of a filter of a vision sensor.")

@@ -10,7 +10,8 @@ use super::{
 };
 use crate::{kit::*, state::state};
 
-/// Returns the results for a sensor's current image; runs filters and callbacks first if they have not been run for it.
+/// Returns the results for a sensor's current image. If the filters and callbacks have not processed this image yet,
+/// runs them first.
 pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     let kept = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
     match kept {
@@ -37,7 +38,7 @@ pub(super) fn look_at(c: &Ctx<'_>, view: &View, seen: Seen) -> Result<Seen> {
     tell(c, view)
 }
 
-/// Calls the scripts of a sensor for an image; returns their results.
+/// Calls the scripts of a sensor for its current image, and returns their results.
 pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     let data = parameters::described(c, view)?;
     for answer in ask(c, view.id, "sysCall_vision", &data)? {
@@ -67,7 +68,7 @@ pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     settled(c, view)
 }
 
-/// Calls a function in all scripts of an object that define it; returns their results.
+/// Calls a function in all scripts of an object that define it, and returns the results.
 pub(super) fn ask(c: &Ctx<'_>, owner: tatu_object, function: &str, data: &Value) -> Result<Vec<Value>> {
     let mut out = Vec::new();
     for script in c.world().scripts(owner)? {
@@ -146,8 +147,8 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     }
     let mut count = 0;
     if which == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)? {
-        // These sensors are measured in the sensing stage. If the main script has not run it yet for its proximity
-        // sensors, this function does.
+        // These sensors are measured in the sensing stage. Run this stage unless the main script has already run it for
+        // its proximity sensors.
         let now = c.world().f64(0, c.plugin().p.time)?;
         let late = |s: &tatu_object| View::of_object(c, c.world().look(*s)?).map(|v| v.sequence == 0 || v.time < now);
         if sensors.iter().map(late).collect::<Result<Vec<bool>>>()?.contains(&true) {
@@ -195,7 +196,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 Ok(())
             })
             .param(flagged("sensor"))
-            .returns(Param::int("result").text("1: detection, 0: none; only -1: never handled")),
+            .returns(Param::int("result").text("1: detection, 0: none; -1 alone: never handled")),
         )
         .text("Returns the results of a vision sensor's last image."),
     );

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::kit::*;
 
-/// Flag added to a handle that requests one value per pixel for images, packed values for depths.
+/// Flag that scripts add to a handle to request one value per pixel, for images, or packed values, for depths.
 const FLAG: i64 = 0x40_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -25,7 +25,7 @@ fn with_alpha(pixels: &[u8], each: usize, depth: &[f32], most: f64) -> Vec<u8> {
     pixels.chunks(each).zip(alpha).flat_map(|(p, a)| p.iter().copied().chain([a])).collect()
 }
 
-/// Returns the bytes of a part of an image, and its size; optionally in grey, and with alpha values by depth.
+/// Returns the bytes and the size of a part of an image, optionally in grey, and with alpha values by depth.
 fn bytes(
     c: &Ctx<'_>,
     mut view: View,
@@ -85,7 +85,7 @@ fn old(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         }))
-        .param(Param::int("type").default(0).optional().text("1: as text"))
+        .param(Param::int("type").default(0).optional().text("1: as a string of bytes"))
         .returns(
             Param::any("image").text("numbers from 0 to 1, or bytes: red, green, blue, or grey with the flag 0x400000"),
         )

@@ -15,7 +15,7 @@ use crate::{kit::*, state::state};
 enum Arg {
     /// A number.
     Float(&'static str),
-    /// A table of this many numbers; 0: a single factor.
+    /// A table with the given number of numbers; 0: a single number, which is a factor.
     Floats(&'static str, u32),
     /// A table of two integers.
     Pair(&'static str),
@@ -211,7 +211,7 @@ const FUNCTIONS: &[Function] = &[
     ),
 ];
 
-/// Flag added to a handle that requests points in the world frame.
+/// Flag that scripts add to a handle to request points in the world frame.
 const WORLD: i64 = 0x80_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -252,16 +252,16 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
         26 | 27 => command.partial("Supports only red, green and blue: rgbSpace must be true."),
         20 => command.partial("The degree of sharpening is an estimate."),
         28 => command.partial(
-            "Roundness is the ratio of the sides of the white spot, which may differ from the \
-                             original.",
+            "Roundness is the ratio of the sides of the white spot, which can differ from the value \
+                             in V-REP.",
         ),
         34 => command.partial("Nothing is drawn over the image; diffColor colours each spot differently."),
         _ => command,
     });
 }
 
-/// Builds an example script that applies a function to a red image (a function that loads an image, to a green one with
-/// depths), and raises an error if the result differs from the expected one.
+/// Builds an example script that applies a function to a red image and raises an error if the result is not as
+/// expected. Functions that load an image are applied to a green image with depths.
 fn example(f: &Function) -> String {
     let ready = match f.kind {
         1 => "sim.setVisionSensorImg(eye, string.char(0, 255, 0):rep(12))",

@@ -1,6 +1,6 @@
 //! Commands that read and write image files, and convert images.
 //!
-//! The API stores images bottom row first, files top row first.
+//! Images in the API start with the bottom row, images in files with the top row.
 
 use std::io::Cursor;
 
@@ -34,12 +34,15 @@ impl Picture {
     fn of(c: &Ctx<'_>, i: usize, each: usize) -> Result<Self> {
         let (bytes, [columns, rows]) = (c.bytes(i)?, pair(c, i + 1));
         if columns < 1 || rows < 1 || columns.saturating_mul(rows) > MOST {
-            return Err(Fail::argument(format!("argument {}: {columns} x {rows} is not a valid image size", i + 2)));
+            return Err(Fail::argument(format!(
+                "argument {}: expected at least 1 x 1 and at most {MOST} pixels, found {columns} x {rows}",
+                i + 2
+            )));
         }
         let (columns, rows) = (columns as usize, rows as usize);
         if bytes.len() != columns * rows * each {
             return Err(Fail::argument(format!(
-                "argument {}: an image of {columns} x {rows} pixels has {} bytes, found {}",
+                "argument {}: an image of {columns} x {rows} pixels requires {} bytes, found {}",
                 i + 1,
                 columns * rows * each,
                 bytes.len()
@@ -161,7 +164,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let picture = Picture::of(c, 0, each_of(int_or(c, 2, 0)?))?;
             let name = c.text(3)?;
             let content = encode(picture, format_of(&name)?, int_or(c, 4, -1)?)?;
-            // A name that consists only of an extension requests the content as the return value.
+            // For a name that consists only of an extension, return the content instead of writing a file.
             if name.starts_with('.') && !name.contains(['/', '\\']) {
                 c.ret(Value::Bytes(content));
                 return Ok(());
@@ -174,7 +177,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("resolution").text("{width, height}"))
         .param(Param::int("options").default(0).optional().text("1: with alpha"))
         .param(Param::string("file").text(
-            "in a folder that scripts may use, as .png, .jpg, .bmp, .tiff or .ppm; only a suffix: returns the content",
+            "in a folder that scripts may use, as .png, .jpg, .bmp, .tiff or .ppm; a suffix alone: returns the content",
         ))
         .param(Param::int("quality").default(-1).optional().text("quality of .jpg, 0 to 100; -1: 90"))
         .returns(Param::any("result").text("1, or the content"))
@@ -184,8 +187,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.loadImage", "simLoadImage"], NIL, |c| {
             let each = each_of(c.i64(0)?);
             let given = c.bytes(1)?;
-            // An argument with a zero byte is the content of a file, because file names cannot contain one, and image
-            // files always do.
+            // An argument with a zero byte is the content of a file, because image files always contain a zero byte and
+            // file names never do.
             let picture = if given.contains(&0) {
                 decode(given, each)?
             } else {
@@ -207,11 +210,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let picture = Picture::of(c, 0, each_of(options))?.with(if options & 2 != 0 { 4 } else { 3 });
             let [w, h] = pair(c, 2);
             if w < 1 || h < 1 || w.saturating_mul(h) > MOST {
-                return Err(Fail::argument(format!("argument 3: {w} x {h} is not a valid image size")));
+                return Err(Fail::argument(format!(
+                    "argument 3: expected at least 1 x 1 and at most {MOST} pixels, found {w} x {h}"
+                )));
             }
             let (mut w, mut h) = (w as usize, h as usize);
             if options & 12 != 0 {
-                // The largest size that fits into the requested one, or the smallest that covers it.
+                // Compute the largest size that fits into the requested size, or the smallest size that covers it.
                 let (x, y) = (w as f64 / picture.columns as f64, h as f64 / picture.rows as f64);
                 let scale = if options & 4 != 0 { x.min(y) } else { x.max(y) };
                 w = ((picture.columns as f64 * scale).round() as usize).max(1);
@@ -246,7 +251,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1"))
         .returns(Param::bytes("image").text("the transformed image"))
         .text("Mirrors an image.")
-        .partial("The original modifies the string in place, which is impossible here; use the second result."),
+        .partial("V-REP modifies the string in place, which is impossible here; use the second result."),
     );
 }
 

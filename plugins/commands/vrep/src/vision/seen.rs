@@ -12,8 +12,9 @@ use crate::kit::*;
 pub(crate) struct Seen {
     /// Identifies the image: the sensor's measurement count and time.
     pub stamp: (u64, u64),
-    /// Colours that replace the measured ones; below, depths that replace the measured ones.
+    /// Colours that replace the measured ones.
     pub rgb: Option<Vec<u8>>,
+    /// Depths that replace the measured ones.
     pub depth: Option<Vec<f32>>,
     /// Whether something was detected.
     pub trigger: bool,
@@ -45,7 +46,7 @@ impl Seen {
             _ => Cow::Owned(view.depth(c)),
         }
     }
-    /// Returns whether the depths are as measured.
+    /// Returns whether the depths are the measured ones.
     pub fn depth_as_taken(&self) -> bool {
         self.depth.is_none()
     }

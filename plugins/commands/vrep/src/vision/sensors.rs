@@ -16,7 +16,7 @@ pub(super) fn all(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     Ok(all)
 }
 
-/// Default near and far planes, m: those of the original's Kinect.
+/// Default near and far planes, m, which are those of V-REP's Kinect model.
 pub(crate) const PLANES: [f64; 2] = [0.01, 3.5];
 
 /// Returns the property of the sensor's kind with the given key.

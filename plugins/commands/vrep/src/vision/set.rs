@@ -76,7 +76,7 @@ fn set_image(command: Cmd) -> Cmd {
         .param(Param::any("image").text("bytes, or a table of numbers from 0 to 1; bottom row first"))
 }
 
-/// Sets the image of a sensor; returns whether something was detected in it.
+/// Sets the image of a sensor, and returns whether something was detected in it.
 pub(super) fn put(c: &Ctx<'_>, view: &View, rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Result<bool> {
     Ok(look_at(c, view, Seen::given(rgb, depth))?.trigger)
 }
@@ -90,7 +90,7 @@ fn image(c: &Ctx<'_>, view: &View) -> Result<Vec<u8>> {
             let all = c
                 .arg(1)
                 .numbers()
-                .ok_or_else(|| Fail::argument("argument 2: expected a text or a table of numbers"))?;
+                .ok_or_else(|| Fail::argument("argument 2: expected a string or a table of numbers"))?;
             let bytes: Vec<u8> = all.iter().map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8).collect();
             bytes_to_rgb(&bytes, n, c.i64(0)? & 0x40_0000 != 0)
         }
@@ -102,7 +102,7 @@ fn bytes_to_rgb(bytes: &[u8], pixels: usize, grey: bool) -> Result<Vec<u8>> {
     let each = if grey { 1 } else { 3 };
     if bytes.len() != each * pixels {
         return Err(Fail::argument(format!(
-            "argument 2: an image of {pixels} pixels has {} values, found {}",
+            "argument 2: an image of {pixels} pixels requires {} values, found {}",
             each * pixels,
             bytes.len()
         )));

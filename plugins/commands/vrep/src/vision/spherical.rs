@@ -15,7 +15,7 @@ struct Source {
     slant: f64,
 }
 
-/// A source sensor: its axes in the frame of the first one, and its pixels.
+/// A sensor whose image is a source: its axes in the frame of the first sensor, its projection, and its resolution.
 struct Eye {
     axes: [[f64; 3]; 3],
     lens: Lens,
@@ -44,7 +44,8 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Finds the source for a direction: the sensor whose viewing direction is closest to it, or the first of several.
+/// Finds the source for a direction, which is in the image of the sensor with the closest viewing direction. Among
+/// equally close sensors, the first is selected. Returns `None` if no sensor covers the direction.
 fn source(eyes: &[Eye], direction: &[f64; 3]) -> Option<Source> {
     let ahead = |eye: &Eye| dot(&eye.axes[2], direction);
     let mut best = None;
@@ -83,13 +84,13 @@ fn run(c: &mut Ctx<'_>) -> Result {
     let own = |c: &Ctx<'_>, i: usize| if c.has(i) && c.i64(i)? != -1 { View::of(c, i).map(Some) } else { Ok(None) };
     let (color, depth) = (own(c, 0)?, own(c, 4)?);
     let Some(first) = color.or(depth) else {
-        return Err(Fail::argument("arguments 1 and 5: expected a sensor for colours or for depths, but both are -1"));
+        return Err(Fail::argument("arguments 1 and 5: at least one of them must be a sensor, but both are -1"));
     };
     if let (Some(a), Some(b)) = (color, depth)
         && (a.columns, a.rows) != (b.columns, b.rows)
     {
         let text = format!(
-            "the sensor for colours has {} x {} pixels, that for depths {} x {}: expected equal sizes",
+            "the sensor for colours has {} x {} pixels, the sensor for depths {} x {}: expected equal sizes",
             a.columns, a.rows, b.columns, b.rows
         );
         return Err(Fail::argument(text));
@@ -98,7 +99,7 @@ fn run(c: &mut Ctx<'_>) -> Result {
     let angles = [(2, std::f64::consts::TAU), (3, std::f64::consts::PI)].map(|(i, most)| -> Result<f64> {
         let angle = c.f64(i)?;
         if angle.is_nan() {
-            return Err(Fail::argument(format!("argument {}: expected an angle in rad, a number", i + 1)));
+            return Err(Fail::argument(format!("argument {}: expected an angle in rad, found NaN", i + 1)));
         }
         Ok(angle.clamp(LEAST, most))
     });
@@ -183,7 +184,7 @@ mod tests {
         let lens = Lens { intrinsics: [2.0, 2.0, 1.5, 1.5], parallel: false, planes: [0.1, 10.0] };
         Eye { axes: axes(&pose, &FRONT), lens, size: [4, 4] }
     }
-    /// Rotated by 120 degrees about (1, 1, 1) in the world frame: directions are relative to the front sensor.
+    /// A pose rotated by 120 degrees about (1, 1, 1), to check that directions are relative to the front sensor.
     const FRONT: [f64; 7] = [0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5];
 
     /// Returns a frame rotated from the front one by +90 or -90 degrees about one of its axes.

@@ -23,7 +23,7 @@ pub(crate) struct View {
     pub time: f64,
     /// Distances of the near and the far plane, m.
     pub planes: [f64; 2],
-    /// Whether the object only stands in for a sensor of a missing scene, and therefore measures nothing.
+    /// Whether the object replaces a sensor of a missing scene, and therefore measures nothing.
     pub blind: bool,
 }
 
@@ -60,8 +60,7 @@ impl View {
             });
         }
         let made = tags::number(c, id, "vision.columns")?;
-        // Only a dummy or camera can stand in for a sensor; shapes, joints and other sensors are rejected, as in the
-        // original.
+        // Only a dummy or camera can stand in for a sensor. Shapes, joints and other sensors are rejected, as in V-REP.
         let stands_in = matches!(o.kind, TATU_KIND_DUMMY | TATU_KIND_CAMERA) && c.world().makes_stand_ins();
         if made.is_none() && !stands_in {
             return Err(Fail::argument(format!("object {} `{}` is not a vision sensor", o.handle(), path(c, id))));
@@ -134,7 +133,7 @@ impl View {
         taken.flatten().map(|r| r.f32s().to_vec()).filter(|z| z.len() == self.pixels())
     }
 
-    /// Returns the depths, from 0 at the near plane to 1 at the far plane; 1 where nothing was hit.
+    /// Returns the depths, from 0 at the near plane to 1 at the far plane; pixels without a surface have the depth 1.
     pub fn depth(&self, c: &Ctx<'_>) -> Vec<f32> {
         match self.metres(c) {
             Some(metres) => metres.iter().map(|z| self.linear(*z)).collect(),

@@ -114,8 +114,8 @@ impl Work {
             }
         }
     }
-    /// Makes pixels white whose intensity differs from the first buffer by more than a threshold, all others black;
-    /// returns the white fraction of the image.
+    /// Makes those pixels white whose intensity differs from the first buffer by more than a threshold, and all others
+    /// black. Returns the fraction of white pixels.
     pub fn changed(&mut self, threshold: f32) -> f64 {
         let mut n = 0;
         for (p, b) in self.image.iter_mut().zip(&self.buffers[0]) {
@@ -135,7 +135,7 @@ impl Work {
         let (w, h) = (width * self.columns as f64, height * self.rows as f64);
         [spot.len() as f64 / self.image.len() as f64, x, y, angle, w.min(h) / w.max(h).max(1e-9)]
     }
-    /// Makes pixels white whose intensity exceeds the threshold, all others black.
+    /// Makes those pixels white whose intensity exceeds the threshold, and all others black.
     pub fn binary(&mut self, threshold: f32) {
         self.each(|p| [if intensity(&p) > threshold { 1.0 } else { 0.0 }; 3]);
     }
@@ -144,7 +144,7 @@ impl Work {
         let (c, r) = (c.clamp(0, self.columns as isize - 1), r.clamp(0, self.rows as isize - 1));
         self.image[r as usize * self.columns + c as usize]
     }
-    /// Convolves the image with a square kernel, given row by row from the top, times a factor.
+    /// Convolves the image with a square kernel, whose rows are listed from the top, and multiplies it by a factor.
     pub fn kernel(&mut self, side: usize, weights: &[f64], factor: f64) {
         let half = (side / 2) as isize;
         let mut out = Vec::with_capacity(self.image.len());
@@ -163,7 +163,8 @@ impl Work {
         }
         self.image = out;
     }
-    /// Makes pixels white where a neighbour's intensity differs by more than a threshold, all others black.
+    /// Makes those pixels white whose intensity differs from a neighbour's by more than a threshold, and all others
+    /// black.
     pub fn edges(&mut self, threshold: f32) {
         let mut out = Vec::with_capacity(self.image.len());
         for r in 0..self.rows as isize {
@@ -281,7 +282,7 @@ fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
         yy += (y - my) * (y - my);
         xy += (x - mx) * (y - my);
     }
-    // The orientation is that of the principal axis, which a round blob does not have.
+    // The orientation is the angle of the principal axis. A round blob has no principal axis.
     let round = (xx - yy).abs() + xy.abs() < 1e-9 * (xx + yy).max(1.0);
     let angle = if round { 0.0 } else { 0.5 * libm::atan2(2.0 * xy, xx - yy) };
     let (s, c) = libm::sincos(angle);
@@ -292,7 +293,7 @@ fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
     };
     let (a, b) = span(&|x, y| x * c + y * s);
     let (d, e) = span(&|x, y| y * c - x * s);
-    // The points are pixel centres, so add the extent of a pixel along the sides of the box.
+    // The points are centres of pixels, so add the extent of one pixel along the sides of the box.
     let own = s.abs() + c.abs();
     let (along, across) = ((a + b) / 2.0, (d + e) / 2.0);
     [

@@ -34,7 +34,7 @@ pub(super) fn given<T>(c: &Ctx<'_>, change: impl FnOnce(&mut Button) -> T) -> Re
     of_button(c, c.i64(0)?, c.i64(1)?, change)
 }
 
-/// Adds a window without buttons; returns its handle.
+/// Adds a window, and returns its handle.
 pub(super) fn made(c: &Ctx<'_>, window: Window) -> Result<i64> {
     let mut state = state(c)?;
     let taken = state.registered.windows.iter().map(|w| w.handle).max().unwrap_or(0);

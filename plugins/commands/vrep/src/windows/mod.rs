@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 }
             })
         }))
-        .param(Param::string("up").optional().text("nil: as it is"))
+        .param(Param::string("up").optional().text("its label; nil: unchanged"))
         .param(Param::string("down").optional().text("its label while pressed; nil: unchanged"))
         .returns(Param::int("result"))
         .text("Sets the label of a button."),

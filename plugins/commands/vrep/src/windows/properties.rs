@@ -1,4 +1,4 @@
-//! Commands on flags, colours and positions of windows of buttons.
+//! Commands on the flags, colours and positions of windows of buttons.
 
 use super::{
     found::{given, of_window},

@@ -32,7 +32,7 @@ pub(super) fn closed(c: &Ctx<'_>, window: i64) -> Result {
     publish(c, window, [("closed", Value::Bool(true))])
 }
 
-/// Applies `change` to the button that the first two arguments identify, and publishes it.
+/// Applies `change` to the button that the first two arguments identify, and publishes the button.
 pub(super) fn change(c: &mut Ctx<'_>, change: impl FnOnce(&mut Button)) -> Result {
     given(c, change)?;
     changed(c, c.i64(0)?, c.i64(1)?)?;
@@ -52,7 +52,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
     let text = given.as_str().map(|t| t.into_owned());
     let attributes = of_button(c, window, button, |b| {
         if !b.is_active() {
-            return Err(Fail::argument("the button is not enabled"));
+            return Err(Fail::argument("the button is disabled or ignores the mouse"));
         }
         let down = |b: &Button| i64::from(b.has(bits::IS_DOWN));
         let first = match (what.as_str(), b.kind()) {
@@ -67,15 +67,15 @@ fn act(c: &mut Ctx<'_>) -> Result {
                 down(b)
             }
             ("change", bits::SLIDER) => {
-                let at = number.ok_or_else(|| Fail::argument("expected a number from 0 to 1000"))?;
+                let at = number.ok_or_else(|| Fail::argument("argument 4: expected a finite number"))?;
                 b.slider = at.clamp(0.0, SLIDER_END).round();
                 b.slider as i64
             }
             ("change", bits::EDIT) => {
-                b.labels[0] = text.ok_or_else(|| Fail::argument("expected a text"))?;
+                b.labels[0] = text.ok_or_else(|| Fail::argument("argument 4: expected a string"))?;
                 0
             }
-            _ => return Err(Fail::argument(format!("the button has no action `{what}`"))),
+            _ => return Err(Fail::argument(format!("the button does not support the action `{what}`"))),
         };
         Ok((b.attributes, first))
     })?;

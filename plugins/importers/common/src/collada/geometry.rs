@@ -7,7 +7,7 @@ use roxmltree::Node;
 use super::tree::{Tree, child, children, numbers};
 use crate::model::{Piece, few};
 
-/// Returns the triangles of a geometry: for each primitive, the symbol of its material, and a piece.
+/// Returns the triangles of a geometry: for each primitive, the symbol of its material and a piece with its triangles.
 pub fn pieces<'a>(tree: &Tree<'a>, geometry: Node<'a, 'a>) -> Result<Vec<(&'a str, Piece)>, String> {
     let Some(mesh) = child(geometry, "mesh") else { return Ok(Vec::new()) };
     let mut out: Vec<(&str, Piece)> = Vec::new();
@@ -44,7 +44,8 @@ fn stride(primitive: Node<'_, '_>) -> usize {
     offsets.max().map_or(1, |last| last.min(1000) + 1)
 }
 
-/// Returns the corners of all triangles, each as the position of its first index in the list of indices, and this list.
+/// Returns the corners of all triangles, and the list of indices. A corner is the position of its first index in that
+/// list.
 fn polygons(primitive: Node<'_, '_>, cut: Cut) -> Result<(Vec<usize>, Vec<u32>), String> {
     let stride = stride(primitive);
     let (mut corners, mut indices) = (Vec::new(), Vec::new());
@@ -116,7 +117,7 @@ impl Source {
 fn input<'a>(tree: &Tree<'a>, primitive: Node<'a, 'a>, semantic: &str) -> Option<Source> {
     let is = |n: &Node<'a, 'a>, what: &str| n.attribute("semantic") == Some(what);
     let offset = |n: Node<'_, '_>| n.attribute("offset").and_then(|o| o.parse().ok()).unwrap_or(0);
-    // If there are several sets of coordinates, the first one is that with the lowest number.
+    // If there are several sets of coordinates, use the set with the lowest number.
     let set = |n: &Node<'a, 'a>| n.attribute("set").and_then(|s| s.parse::<u32>().ok()).unwrap_or(0);
     let own = children(primitive, "input").filter(|n| is(n, semantic)).min_by_key(set);
     if let Some(own) = own {
@@ -138,7 +139,7 @@ fn piece<'a>(tree: &Tree<'a>, primitive: Node<'a, 'a>, corners: &(Vec<usize>, Ve
     let mut whole = Vec::with_capacity(corners.len());
     for corner in corners {
         let index = |source: &Source| indices.get(corner.checked_add(source.offset)?).copied();
-        let position = index(&positions).ok_or_else(|| lacks("index of a corner"))?;
+        let position = index(&positions).ok_or_else(|| lacks("index for one of its corners"))?;
         let place = coordinates.as_ref().and_then(index);
         let number = match known.get(&(position, place)) {
             Some(number) => *number,

@@ -15,7 +15,7 @@ use crate::{
     picture::{Files, Gallery},
 };
 
-/// Reads the scene of the file; if there is none, reads all geometries.
+/// Reads the scene of the file or, if the file has no scene, all geometries.
 pub fn read(tree: &Tree<'_>, files: Files<'_>) -> Result<Read, String> {
     let asset = child(tree.root, "asset");
     let unit = asset.and_then(|a| child(a, "unit")?.attribute("meter")?.parse::<f64>().ok());

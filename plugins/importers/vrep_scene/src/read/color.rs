@@ -41,7 +41,7 @@ fn merged(ambient: [f64; 3], diffuse: [f64; 3]) -> [f64; 3] {
     ambient.map(|a| ((a + mean / 2.0) / 0.85).min(1.0))
 }
 
-/// Reads a color.
+/// Reads the elements of a color.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Color> {
     let mut color = Color::default();
     let tags = tags!(Color {

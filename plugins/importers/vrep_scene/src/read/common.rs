@@ -14,11 +14,11 @@ pub const SIGNATURE: (&str, &[u8]) = ("3do", &[0x39, 0x3A, 0x3B]);
 pub struct Common {
     /// Pose in the frame of the parent, without the motion of a joint.
     pub pose: Stored,
-    /// Handle in the file.
+    /// Handle, by which other objects in the file refer to this object.
     pub id: i32,
-    /// Handle of the parent; -1: none.
+    /// Handle of the parent; -1 for a root object.
     pub parent: i32,
-    /// Alias; since 4.3.
+    /// Name that need not be unique; since 4.3.
     pub alias: Option<String>,
     /// Unique name, with its suffix.
     pub name: Option<String>,
@@ -36,7 +36,7 @@ pub struct Common {
     pub layer: u16,
     /// Order in which the object's scripts are called; since 4.4.
     pub script_priority: i32,
-    /// Position among its siblings; since 4.3.
+    /// Index among the object's siblings; since 4.3.
     pub order: Option<i32>,
     /// Size factor, which scripts can read.
     pub size_factor: f64,
@@ -46,7 +46,7 @@ pub struct Common {
     pub parameters: Vec<Parameter>,
     /// Handles of other objects stored with the object, by tag.
     pub references: Vec<(String, Vec<i32>)>,
-    /// Extension string, for renderers.
+    /// Extension string, with options for renderers.
     pub extension: String,
     /// Acknowledgement of the model's author.
     pub acknowledgement: String,

@@ -1,15 +1,15 @@
-//! Reads numbers and texts at a position in the unpacked file, but never beyond the end.
+//! Reads numbers and strings at a position in the unpacked data, and never reads beyond its end.
 
 use std::fmt;
 
-/// The reason why a file cannot be read, and the position of the error.
+/// The reason that a file cannot be read, and the position of the error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Broken {
     /// Offset in the unpacked data.
     pub at: usize,
     /// Tags of the sections that contain the position, innermost first.
     pub within: Vec<String>,
-    /// Description of the error.
+    /// Description of the error, as shown to the user.
     pub what: String,
 }
 
@@ -98,13 +98,13 @@ impl<'a> Cursor<'a> {
     /// Returns a cursor over the next `n` bytes, one level deeper.
     pub fn part(&mut self, n: usize, wide: bool) -> Read<Cursor<'a>> {
         if self.depth >= MOST_DEPTH {
-            return Err(self.broken(format!("sections are nested more than {MOST_DEPTH} deep")));
+            return Err(self.broken(format!("sections are nested more than {MOST_DEPTH} levels deep")));
         }
         let at = self.at;
         self.take(n)?;
         Ok(Cursor { data: self.data, at, end: at + n, wide, depth: self.depth + 1 })
     }
-    /// Returns all remaining bytes.
+    /// Returns the span of all remaining bytes, and advances to the end.
     pub fn rest(&mut self) -> Span {
         let span = Span { at: self.at, len: self.left() };
         self.at = self.end;
@@ -123,15 +123,15 @@ impl<'a> Cursor<'a> {
     pub fn u8(&mut self) -> Read<u8> {
         Ok(self.array::<1>()?[0])
     }
-    /// Reads a 2-byte integer.
+    /// Reads a little-endian 2-byte unsigned integer.
     pub fn u16(&mut self) -> Read<u16> {
         Ok(u16::from_le_bytes(self.array()?))
     }
-    /// Reads a 4-byte integer.
+    /// Reads a little-endian 4-byte signed integer.
     pub fn i32(&mut self) -> Read<i32> {
         Ok(i32::from_le_bytes(self.array()?))
     }
-    /// Reads an 8-byte integer.
+    /// Reads a little-endian 8-byte unsigned integer.
     pub fn u64(&mut self) -> Read<u64> {
         Ok(u64::from_le_bytes(self.array()?))
     }
@@ -149,7 +149,7 @@ impl<'a> Cursor<'a> {
     pub fn single(&mut self) -> Read<f64> {
         Ok(f64::from(f32::from_le_bytes(self.array()?)))
     }
-    /// Reads `N` real numbers.
+    /// Reads `N` consecutive real numbers, of 4 or 8 bytes each.
     pub fn reals<const N: usize>(&mut self) -> Read<[f64; N]> {
         let mut out = [0.0; N];
         for x in &mut out {
@@ -165,7 +165,8 @@ impl<'a> Cursor<'a> {
         }
         (0..n).map(|_| self.real()).collect()
     }
-    /// Reads a text preceded by its length, in UTF-8 or else Latin-1.
+    /// Reads a string preceded by its length in bytes. The encoding is UTF-8 or, if the bytes are not valid UTF-8,
+    /// Latin-1.
     pub fn text(&mut self) -> Read<String> {
         let n = self.count()?;
         Ok(decode(self.take(n)?))

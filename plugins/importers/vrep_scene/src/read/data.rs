@@ -16,7 +16,7 @@ const TAGGED: i32 = 356_248_756;
 pub struct CustomData {
     /// Data since 4.3, by tag.
     new: BTreeMap<String, Vec<u8>>,
-    /// Data before 4.3, by tag; used only if there is none in the newer form.
+    /// Data before 4.3, by tag; used only if `new` is empty.
     old: BTreeMap<String, Vec<u8>>,
     /// Data before 3.3, by header number.
     numbered: BTreeMap<i32, Vec<u8>>,
@@ -83,11 +83,11 @@ fn record(into: &mut CustomData, c: &mut Cursor<'_>) -> Read {
 /// A parameter of a script.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Parameter {
-    /// Name of the parameter.
+    /// Name by which scripts access the parameter.
     pub name: String,
-    /// Unit, for display only.
+    /// Name of the unit, for display only.
     pub unit: String,
-    /// Value, always as text.
+    /// Value, which is always stored as a string.
     pub value: String,
     /// Bits that affect the user interface.
     pub properties: i32,

@@ -38,7 +38,7 @@ pub enum Kind {
     Camera(Camera),
     Light(Light),
     Script,
-    /// The name of a kind of which only the common part is read.
+    /// Any other kind, by its name. Only the common part is read.
     Other(&'static str),
 }
 
@@ -76,25 +76,25 @@ impl Object {
 /// The content of a file.
 #[derive(Default)]
 pub struct File {
-    /// The header.
+    /// The decoded header of the file.
     pub header: Header,
     /// The unpacked data, to which spans refer.
     pub data: Vec<u8>,
     /// Objects, in the order of the file.
     pub objects: Vec<Object>,
-    /// Scripts: those of their own sections, then those of script objects.
+    /// Scripts: first those in separate sections, then those in script objects.
     pub scripts: Vec<Script>,
-    /// Images.
+    /// Images that shapes use as textures.
     pub textures: Vec<Texture>,
     /// Materials, in files from before 3.4.
     pub materials: Vec<Material>,
     /// Arrays of vertices and indices that meshes share.
     pub pool: Pool,
-    /// Settings of the scene.
+    /// Settings of the scene; for a model, the defaults.
     pub settings: Settings,
     /// Custom data of the scene.
     pub scene_data: CustomData,
-    /// Collections.
+    /// Collections: named sets of objects.
     pub collections: Vec<Collection>,
     /// Collision objects of old versions.
     pub collisions: Vec<Pair>,
@@ -277,7 +277,7 @@ impl File {
                 return Err(Broken::new(o.section.at, text));
             }
         }
-        // Objects that are not reachable from the root are part of a cycle or below one.
+        // Objects that cannot be reached from the root are part of a cycle or are below a cycle.
         let parents: Vec<Option<usize>> = self.objects.iter().map(|o| places.get(&o.common.parent).copied()).collect();
         let mut state = vec![0_u8; parents.len()];
         for start in 0..parents.len() {

@@ -10,7 +10,7 @@ const SHORT: i32 = 12;
 const PAYLOAD: [usize; 2] = [17, 1021];
 /// The oldest supported serialization.
 const OLDEST: i32 = 15;
-/// The newest known serialization.
+/// The newest supported serialization.
 const NEWEST: i32 = 30;
 /// Maximum size of the unpacked data, in bytes.
 pub const MOST_UNPACKED: usize = 1 << 30;
@@ -18,7 +18,7 @@ pub const MOST_UNPACKED: usize = 1 << 30;
 /// The content of the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Header {
-    /// Version of the file format, 15 to 25 and later.
+    /// Version of the file format, from `OLDEST` to `NEWEST`.
     pub serialization: i32,
     /// The oldest serialization whose readers can read the file.
     pub readable_from: i32,
@@ -28,7 +28,7 @@ pub struct Header {
     pub unpacked: usize,
     /// Version of the program that wrote the file: 30400 is 3.4.0, 41000 is 4.10.0.
     pub program: u32,
-    /// Revision of that program.
+    /// Revision of the program that wrote the file.
     pub revision: u8,
     /// 1 for a scene, 2 for a model, 0 in files before 3.6.1.
     pub file_type: u8,
@@ -81,7 +81,11 @@ impl Header {
         // An unpacked byte is encoded in at least one bit, so a larger declared size is invalid.
         let most = if h.packed { (rest - h.payload).saturating_mul(8) } else { rest - h.payload };
         if h.unpacked > most || h.unpacked > MOST_UNPACKED {
-            let text = format!("{} bytes are declared, at most {} are possible", h.unpacked, most.min(MOST_UNPACKED));
+            let text = format!(
+                "the header declares {} unpacked bytes, but at most {} are possible",
+                h.unpacked,
+                most.min(MOST_UNPACKED)
+            );
             return Err(Broken::new(13, text));
         }
         Ok(h)

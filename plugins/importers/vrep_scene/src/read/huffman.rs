@@ -95,7 +95,7 @@ fn table(nodes: &[Node], root: u16) -> Vec<(u16, u8)> {
         .collect()
 }
 
-/// Unpacks exactly `size` bytes; the caller has checked that the data can contain that many.
+/// Unpacks exactly `size` bytes. The caller must have checked that the data can contain that many bytes.
 pub fn unpack(packed: &[u8], size: usize) -> Read<Vec<u8>> {
     let mut bits = Bits { data: packed, next: 0, held: 0, count: 0 };
     let broken = |at: usize, what: &str| Broken::new(at, what).within("packed data");

@@ -15,15 +15,15 @@ pub const SPHERICAL: i32 = 12;
 /// A joint; positions are in rad or m.
 #[derive(Debug, Clone)]
 pub struct Joint {
-    /// [`REVOLUTE`], [`PRISMATIC`] or [`SPHERICAL`].
+    /// Kind of the joint: [`REVOLUTE`], [`PRISMATIC`] or [`SPHERICAL`].
     pub kind: i32,
-    /// Current position.
+    /// Position when the file was saved, rad or m.
     pub position: f64,
     /// Minimum position, and the range above it.
     pub limits: [f64; 2],
     /// Whether the joint rotates without limits.
     pub cyclic: bool,
-    /// Bits of the motor: 4 on, 5 position control, 6 hybrid, 7 spring.
+    /// Flags of the motor. Bit 4: on; bit 5: position control; bit 6: hybrid; bit 7: spring.
     pub motor: u8,
     /// Whether the motor is locked at a target velocity of zero.
     pub locked: bool,
@@ -31,11 +31,11 @@ pub struct Joint {
     pub enforced: bool,
     /// Pitch of a screw, m/rad.
     pub pitch: f64,
-    /// Rotation of a spherical joint: w x y z.
+    /// Rotation of a spherical joint, as a quaternion w x y z.
     pub rotation: [f64; 4],
     /// 0 kinematic, 1 motion, 2 inverse kinematics, 3 and 4 dependent, 5 dynamic.
     pub mode: i32,
-    /// Handle of the joint on which this joint depends, then factor and offset.
+    /// Handle of the joint on which this joint depends, and factor and offset of the dependency.
     pub master: (i32, [f64; 2]),
     /// Target velocity, rad/s or m/s.
     pub target_velocity: f64,
@@ -90,7 +90,7 @@ impl Default for Joint {
     }
 }
 
-/// Elements of joints.
+/// Elements of the part that is specific to joints.
 pub const TAGS: &[Tag<Joint>] = tags!(Joint {
     "Jtt" => |j, c, _| Ok(j.kind = c.i32()?),
     "Prt" | "_rt" => |j, c, _| Ok(j.position = c.real()?),

@@ -15,13 +15,13 @@ use super::{
 /// The arrays of a shape, in its own frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shared {
-    /// Vertex coordinates.
+    /// Vertex coordinates, 4 bytes each, m.
     pub vertices: Span,
     /// Vertex indices of the triangles.
     pub indices: Option<Indices>,
 }
 
-/// The content of `Geo`.
+/// The content of the element `Geo`.
 #[derive(Default)]
 struct Geometry {
     shared: Shared,

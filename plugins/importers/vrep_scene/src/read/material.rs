@@ -9,9 +9,9 @@ use super::{
 /// Parameters of an engine: real numbers and integers, as many as the file declares.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EngineBlock {
-    /// The real numbers.
+    /// The real parameters, in the order of the file.
     pub reals: Vec<f64>,
-    /// The integers.
+    /// The integer parameters, in the order of the file.
     pub ints: Vec<i32>,
 }
 
@@ -33,14 +33,15 @@ impl EngineBlock {
     }
 }
 
-/// A physical material.
+/// A physical material, with separate parameters for each engine.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Material {
-    /// Number in the material list of versions before 3.4.
+    /// Id in the material list of versions before 3.4.
     pub id: i32,
     /// Name of the material.
     pub name: String,
-    /// Bullet: restitution, friction of old versions, friction, linear and angular damping, ...; bits: 1 sticky.
+    /// Bullet: restitution, friction in Bullet 2.78, friction in later versions, linear and angular damping, ... Bit 0
+    /// of the first integer: sticky.
     pub bullet: EngineBlock,
     /// ODE: friction, ERP, CFM, linear and angular damping.
     pub ode: EngineBlock,
@@ -50,7 +51,7 @@ pub struct Material {
     pub mujoco: EngineBlock,
     /// Vortex; the parameters are not used.
     pub vortex: EngineBlock,
-    /// Bits of the older format: 2 sticky.
+    /// Flags of the older format. Bit 1: sticky.
     old_bits: u8,
 }
 
@@ -90,7 +91,7 @@ pub const TAGS: &[Tag<Material>] = tags!(Material {
 /// Older elements that the same file also contains in the newer form listed above.
 pub const IGNORED: &[&str] = &["Bcv", "Vo2", "Vo3", "Cv2", "Uis", "Ups"];
 
-/// Reads a material.
+/// Reads the elements of a material.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Material> {
     let mut material = Material { id: -1, ..Default::default() };
     object(c, TAGS, IGNORED, &mut material, unknown)?;

@@ -16,9 +16,9 @@ use super::{
 pub struct Part {
     /// Name of the part.
     pub name: String,
-    /// Mass, kg; only the root's is used.
+    /// Mass, kg; only the mass of the root part is used.
     pub mass: f64,
-    /// Number in the material list of versions before 3.4; -1: none.
+    /// Id in the material list of versions before 3.4; -1: no material.
     pub material: i32,
     /// Whether the part is marked as convex, in files from before 4.5.1.
     pub convex: bool,
@@ -28,7 +28,7 @@ pub struct Part {
     pub axes: Stored,
     /// Principal moments divided by the mass, m^2.
     pub moments: [f64; 3],
-    /// Frame of the part in that of its parent; since 4.5.1. The root's frame is ignored.
+    /// Frame of the part in the frame of its parent; since 4.5.1. The root's frame is ignored.
     pub frame: Option<Stored>,
     /// Centre of mass in `frame`, m; since 4.5.1.
     pub com: Option<[f64; 3]>,
@@ -99,10 +99,10 @@ pub enum Arrays {
     Range { vertices: [i32; 2], triangles: [i32; 2] },
 }
 
-/// Triangles and their appearance.
+/// A leaf of a shape's mesh tree: triangles and their appearance.
 #[derive(Debug, Clone)]
 pub struct Leaf {
-    /// Color of the outside.
+    /// Color of the outer side of the triangles.
     pub color: Color,
     /// The location of the leaf's arrays.
     pub arrays: Arrays,
@@ -110,11 +110,11 @@ pub struct Leaf {
     pub primitive: Primitive,
     /// Full extents of the primitive, m.
     pub size: [f64; 3],
-    /// 1: solid; less: hollow.
+    /// 1 if the primitive is solid; less if it is hollow.
     pub inside: f64,
     /// Frame of the vertices in the shape's frame, in files before 4.5.1.
     pub old_frame: Stored,
-    /// Bits: 0 edges, 1 culling, 2 wireframe.
+    /// Flags. Bit 0: edges; bit 1: culling; bit 2: wireframe.
     pub bits: u8,
     /// Whether the leaf is marked as convex.
     pub convex: bool,
@@ -122,7 +122,7 @@ pub struct Leaf {
     pub heights: [i32; 2],
     /// Span of the heights, and whether they have 8 bytes each instead of 4.
     pub height_data: (Span, bool),
-    /// Texture of the surface.
+    /// Mapping of an image to the surface, if it is textured.
     pub texture: Option<Property>,
 }
 
@@ -168,7 +168,7 @@ fn leaf(p: &mut Part) -> &mut Leaf {
     p.leaf.get_or_insert_default()
 }
 
-/// Elements of every part.
+/// Elements that every part can have.
 const PART: &[Tag<Part>] = tags!(Part {
     "Nme" => |p, c, _| Ok(p.name = c.text()?),
     "Mas" | "_as" => |p, c, _| Ok(p.mass = c.real()?),
@@ -195,7 +195,7 @@ fn own_material(p: &mut Part, tag: &str, c: &mut Cursor<'_>, u: &mut Unknowns) -
     }
 }
 
-/// Elements that only leaves have; serialization 15 uses the same.
+/// Elements that only leaves have. Components of serialization 15 use some of them, too.
 pub const LEAF: &[Tag<Part>] = tags!(Part {
     "Cl0" => |p, c, u| Ok(leaf(p).color = color::read(c, u)?),
     "Vev" => |p, c, _| Ok(leaf(p).pool_vertices(c.i32()?)),

@@ -8,10 +8,10 @@ use super::{
     unknown::Unknowns,
 };
 
-/// A dummy.
+/// The specific part of a dummy.
 #[derive(Debug, Clone)]
 pub struct Dummy {
-    /// Handle of the dummy to which this dummy is linked; -1: none.
+    /// Handle of the dummy to which this dummy is linked; -1: not linked.
     pub link: i32,
     /// 0 closes a dynamic loop, 1 applies a pulling force, 5 tip and target, 8 none; others are obsolete.
     pub link_type: i32,
@@ -33,14 +33,14 @@ pub const DUMMY: &[Tag<Dummy>] = tags!(Dummy {
 pub const DUMMY_IGNORED: &[&str] =
     &["Dy2", "_y2", "Atg", "Var", "Po4", "Po5", "_o5", "Cl0", "Mj1", "_j1", "Dla", "Cv2", "Dlt", "Pob"];
 
-/// A camera.
+/// The specific part of a camera.
 #[derive(Debug, Clone, Default)]
 pub struct Camera {
     /// Orthographic size, m, and perspective angle, rad.
     pub sees: [f64; 2],
     /// Near and far clipping planes, m.
     pub clip: [f64; 2],
-    /// Bits: 2 perspective projection; before 3.3.
+    /// Flags. 0x2: perspective projection; before 3.3.
     pub bits: u8,
     /// Projection: -1 as in the view that shows the camera's image, 0 orthographic, 1 perspective.
     pub perspective: Option<i32>,
@@ -58,14 +58,14 @@ pub const CAMERA: &[Tag<Camera>] = tags!(Camera {
 pub const CAMERA_IGNORED: &[&str] =
     &["Cp4", "_p4", "Ca2", "Rmd", "Rm2", "Cmp", "Cl1", "Cl2", "Rcm", "Pv1", "Var", "Cv2"];
 
-/// A light.
+/// The specific part of a light.
 #[derive(Debug, Clone, Default)]
 pub struct Light {
     /// 1 omnidirectional, 2 spot, 3 directional.
     pub kind: i32,
     /// Half the cone angle of a spot light, rad.
     pub angle: f64,
-    /// Bits: 1 on.
+    /// Flags. 0x1: the light is on.
     pub bits: u8,
     /// Color of the emitted light.
     pub color: Option<Color>,
@@ -89,16 +89,16 @@ pub struct PathPoint {
     pub pose: Stored,
     /// Rounded fractions of the segments before and after the point, and the number of points of the arc.
     pub bezier: ([f64; 2], i32),
-    /// Velocity, as a fraction of that of the path.
+    /// Velocity, as a fraction of the velocity of the path.
     pub velocity: f64,
 }
 
 /// A path, in files from before 4.2.
 #[derive(Debug, Clone, Default)]
 pub struct Path {
-    /// Bits: 4 closed.
+    /// Flags. 0x4: the path is closed.
     pub attributes: i32,
-    /// Control points.
+    /// Control points, in the order of the path.
     pub points: Vec<PathPoint>,
 }
 
@@ -135,30 +135,30 @@ fn point(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<PathPoint> {
 /// A recorded stream of a graph.
 #[derive(Debug, Clone, Default)]
 pub struct Stream {
-    /// Name of the stream.
+    /// Name of the stream, by which scripts can refer to it.
     pub name: String,
-    /// Number of the stream.
+    /// Id of the stream, unique within its graph.
     pub id: i32,
-    /// Kind of the recorded data, as a number of the API; before 4.0.
+    /// Kind of the recorded data, as a constant of the original's API; before 4.0.
     pub data: i32,
-    /// The object whose data is recorded; before 4.0.
+    /// Handle of the object whose data is recorded; before 4.0.
     pub object: i32,
-    /// Red, green, blue.
+    /// Color of the curve: red, green and blue, 0 to 1.
     pub color: [f64; 3],
     /// Unit of the values; since 4.0.
     pub unit: String,
-    /// Whether the stream is from before 4.0, when the program filled streams, not a script.
+    /// Whether the stream is from before 4.0, when streams were filled by the program instead of by scripts.
     pub old: bool,
 }
 
-/// A graph.
+/// The specific part of a graph.
 #[derive(Debug, Clone)]
 pub struct Graph {
     /// Maximum number of samples that the graph stores.
     pub buffer: i32,
     /// Whether the graph records only on request.
     pub explicit: bool,
-    /// Streams, in order.
+    /// Streams, in the order of the file.
     pub streams: Vec<Stream>,
 }
 

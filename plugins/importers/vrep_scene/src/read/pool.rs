@@ -9,9 +9,9 @@ use super::{
 /// An encoded array of indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Indices {
-    /// 4-byte integers.
+    /// Unpacked indices: 4-byte integers.
     Plain(Span),
-    /// Packed differences of one to four bytes each, preceded by their number.
+    /// Packed differences of one to four bytes each, preceded by their count.
     Packed(Span),
 }
 
@@ -20,7 +20,7 @@ pub enum Indices {
 pub struct Pool {
     /// Vertex coordinates, 4 bytes each.
     pub vertices: Vec<Span>,
-    /// Vertex indices of triangles.
+    /// Vertex indices, three per triangle.
     pub indices: Vec<Indices>,
     /// Number of arrays of normals, which are recomputed when needed.
     pub normals: usize,
@@ -28,7 +28,7 @@ pub struct Pool {
     pub edges: usize,
 }
 
-/// Reads `VIN`.
+/// Reads the section `VIN`, which contains shared arrays.
 pub fn read(pool: &mut Pool, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(Pool {
         "Ver" => |p, c, _| Ok(p.vertices.push(c.rest())),
@@ -41,7 +41,7 @@ pub fn read(pool: &mut Pool, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read
     object(c, tags, &[], pool, unknown).map(drop)
 }
 
-/// Decodes points, m.
+/// Decodes an array of vertex coordinates into points, m.
 pub fn points(data: &[u8], span: Span) -> Vec<[f32; 3]> {
     let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     span.of(data).chunks_exact(12).map(|p| [number(p), number(&p[4..]), number(&p[8..])]).collect()

@@ -9,10 +9,10 @@ use super::{
     unknown::Unknowns,
 };
 
-/// An item of a collection.
+/// An item that is added to, or removed from, a collection.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Item {
-    /// Handle of the object.
+    /// Handle of the object to which the item refers.
     pub object: i32,
     /// 0 single object, 1 tree, 2 tree without its base, 3 chain, 4 chain without its tip, 5 all objects.
     pub kind: u8,
@@ -20,18 +20,18 @@ pub struct Item {
     pub remove: bool,
 }
 
-/// A collection.
+/// A collection: a named set of objects.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Collection {
     /// Name of the collection.
     pub name: String,
-    /// Handle, from 2,000,000.
+    /// Handle of the collection, at least 2,000,000.
     pub handle: i32,
-    /// Items, in order.
+    /// Items, in the order in which they are applied.
     pub items: Vec<Item>,
 }
 
-/// Reads `GRP`.
+/// Reads the section `GRP`, which contains a collection.
 pub fn collection(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Collection> {
     let mut collection = Collection { handle: -1, ..Default::default() };
     let tags = tags!(Collection {
@@ -55,9 +55,9 @@ pub fn collection(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Collection
 /// A collision or distance object.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Pair {
-    /// Name of the registration.
+    /// Name of the collision or distance object.
     pub name: String,
-    /// Handle of the registration.
+    /// Handle of the collision or distance object.
     pub handle: i32,
     /// Handles of the two entities; -1: all objects.
     pub of: [i32; 2],
@@ -67,7 +67,7 @@ pub struct Pair {
     pub explicit: bool,
 }
 
-/// Reads `COL`.
+/// Reads the section `COL`, which contains a collision object.
 pub fn collision(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
     let mut pair = Pair { handle: -1, of: [-1; 2], ..Default::default() };
     let tags = tags!(Pair {
@@ -79,7 +79,7 @@ pub fn collision(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
     Ok(pair)
 }
 
-/// Reads `DST`.
+/// Reads the section `DST`, which contains a distance object.
 pub fn distance(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
     let mut read = (Pair { handle: -1, of: [-1; 2], ..Default::default() }, 0.0);
     let tags = tags!((Pair, f64) {
@@ -105,7 +105,7 @@ pub struct IkElement {
     pub tip: i32,
     /// Handle of the base; -1: the world.
     pub base: i32,
-    /// Bits: 1 x, 2 y, 4 z, 8 alpha and beta, 16 gamma.
+    /// Flags of the constrained coordinates. 1: x; 2: y; 4: z; 8: alpha and beta; 16: gamma.
     pub constraints: i32,
 }
 
@@ -116,11 +116,11 @@ pub struct IkGroup {
     pub name: String,
     /// Handle of the group.
     pub handle: i32,
-    /// Elements, in order.
+    /// Elements of the group, in the order of the file.
     pub elements: Vec<IkElement>,
 }
 
-/// Reads `IKO`.
+/// Reads the section `IKO`, which contains a group for inverse kinematics.
 pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
     let mut group = IkGroup { handle: -1, ..Default::default() };
     let tags = tags!(IkGroup {
@@ -147,9 +147,9 @@ pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
 /// A button, label, slider or edit field of a window.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Button {
-    /// Bits of the API for the type and appearance.
+    /// Flags for type and appearance, as defined by the original's API.
     pub attributes: i32,
-    /// Number of the button in its window.
+    /// Handle of the button, unique within its window.
     pub handle: i32,
     /// Numbers of columns and rows that the button spans, then its first column and row.
     pub cells: [i32; 4],
@@ -166,17 +166,17 @@ pub struct Window {
     pub name: String,
     /// Handle of the window.
     pub handle: i32,
-    /// Handle of the object to which the window belongs; -1: none.
+    /// Handle of the object to which the window belongs; -1: no object.
     pub object: i32,
-    /// Bits of the API for the behaviour.
+    /// Flags for the behaviour, as defined by the original's API.
     pub attributes: i32,
-    /// Numbers of columns and rows.
+    /// Numbers of columns and rows of the grid on which buttons are placed.
     pub cells: [i32; 2],
     /// Buttons of the window.
     pub buttons: Vec<Button>,
 }
 
-/// Reads `BBK`.
+/// Reads the section `BBK`, which contains a window of buttons.
 pub fn window(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Window> {
     let mut window = Window { handle: -1, object: -1, ..Default::default() };
     let tags = tags!(Window {

@@ -11,32 +11,32 @@ use super::{
 pub const MAIN: i32 = 0;
 /// Kind of a child script, which exists from the start to the end of a run.
 pub const CHILD: i32 = 1;
-/// Kind of a customization script, which exists as long as the scene.
+/// Kind of a customization script, which exists while its scene is open.
 pub const CUSTOMIZATION: i32 = 6;
 
-/// A script.
+/// A script with its source, and the object to which it belongs.
 #[derive(Debug, Clone)]
 pub struct Script {
-    /// Number of the script.
+    /// Id of the script.
     pub id: i32,
     /// Handle of the object to which the script belongs, or -1 for the scene. For a script in a script object, the
     /// handle of the script object.
     pub object: i32,
-    /// Handle of the script object that contains it.
+    /// Handle of the script object that contains the script, if any.
     pub holder: Option<i32>,
     /// 0 main, 1 child, 6 customization; others are obsolete.
     pub kind: i32,
-    /// Bits: 0 threaded, 1 disabled, 3 customized main script, 5 runs in sensing.
+    /// Flags. Bit 0: threaded; bit 1: disabled; bit 3: customized main script; bit 5: runs in the sensing phase.
     pub bits: u8,
-    /// Order among scripts; before 4.4.
+    /// Position in the order in which scripts are called; before 4.4.
     pub order: i32,
-    /// The deciphered source, without trailing zeros; the first line may state its language.
+    /// The deciphered source, without trailing zeros. Its first line can name the language.
     pub text: Vec<u8>,
-    /// Language; since 4.7.
+    /// Name of the language; since 4.7.
     pub language: Option<String>,
-    /// The object of a customization script; before 4.2.
+    /// Handle of the object of a customization script; before 4.2.
     pub customized: i32,
-    /// The object of a callback script; 3.0 to 3.6.
+    /// Handle of the object of a callback script; 3.0 to 3.6.
     pub called_back: i32,
     /// Parameters of the script; before 4.0.
     pub parameters: Vec<Parameter>,
@@ -60,7 +60,7 @@ impl Default for Script {
     }
 }
 
-/// Reads `LST` or `Soo`.
+/// Reads a script from the section `LST` or the element `Soo`.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Script> {
     let mut script = Script::default();
     let tags = tags!(Script {

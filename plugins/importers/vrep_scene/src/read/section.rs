@@ -18,7 +18,7 @@ pub struct Tag<T> {
     pub single: &'static str,
     /// Tag of the form with 8-byte numbers; may be empty.
     pub double: &'static str,
-    /// Reads the element's payload.
+    /// Function that reads the element's payload.
     pub read: Reader<T>,
 }
 
@@ -49,9 +49,9 @@ pub enum End {
 
 /// An element of a file.
 pub struct Element<'a> {
-    /// Tag of the element.
+    /// The three characters that identify the element.
     pub tag: String,
-    /// Payload of the element.
+    /// Cursor over the payload of the element.
     pub body: Cursor<'a>,
 }
 

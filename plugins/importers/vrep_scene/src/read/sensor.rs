@@ -5,12 +5,12 @@ use super::{
     volume::{self, Volume},
 };
 
-/// A proximity sensor.
+/// The specific part of a proximity sensor.
 #[derive(Debug, Clone)]
 pub struct Proximity {
     /// 30 pyramid, 31 cylinder, 32 disc, 33 cone, 34 ray.
     pub kind: i32,
-    /// The detection volume.
+    /// The detection volume, in the frame of the sensor.
     pub volume: Volume,
     /// Handle of the object or collection that the sensor detects; -1: all objects.
     pub entity: i32,
@@ -20,7 +20,8 @@ pub struct Proximity {
     pub angle: f64,
     /// Whether `angle` applies regardless of the bits; since 4.10.
     pub angle_alone: bool,
-    /// Bits: 1 nearest point, 2 angle limit, 4 no front faces, 5 no back faces, 7 only on request.
+    /// Flags. Bit 1: nearest point; bit 2: angle limit; bit 4: no front faces; bit 5: no back faces; bit 7: measures
+    /// only on request.
     pub bits: u8,
     /// For randomized rays, the number of rays, and the number of hits required.
     pub random: Option<[i32; 2]>,
@@ -57,12 +58,12 @@ pub const PROXIMITY: &[Tag<Proximity>] = tags!(Proximity {
 pub const PROXIMITY_IGNORED: &[&str] =
     &["Sns", "_ns", "Pr5", "Pr3", "Pr2", "Pra", "Cl1", "Cl2", "Cl3", "Cl4", "Cv2", "Shk", "Var"];
 
-/// A vision sensor.
+/// The specific part of a vision sensor.
 #[derive(Debug, Clone)]
 pub struct Vision {
     /// Orthographic size, m; perspective angle, rad; near and far plane, m.
     pub clip: [f64; 4],
-    /// Resolution: columns, rows.
+    /// Resolution of the image: columns and rows of pixels.
     pub resolution: [i32; 2],
     /// Handle of the object or collection that the sensor renders; -1: all objects.
     pub entity: i32,
@@ -70,11 +71,11 @@ pub struct Vision {
     pub background: [f64; 3],
     /// Render mode: 0 OpenGL, 2 a color per object, 3 POV-Ray, ...
     pub mode: i32,
-    /// Bits: 0 perspective, 1 only on request.
+    /// Flags. Bit 0: perspective projection; bit 1: measures only on request.
     pub bits: u8,
-    /// Bits: 0 image from outside, 1 no colors, 2 no depth.
+    /// Flags. Bit 0: the image is provided from outside; bit 1: no colors; bit 2: no depth.
     pub more_bits: u8,
-    /// Numbers of the enabled filters of the old image processing.
+    /// Ids of the enabled filters of the old image processing.
     pub filters: Vec<i32>,
 }
 
@@ -93,7 +94,7 @@ impl Default for Vision {
     }
 }
 
-/// A filter of the old chain: its number, and whether it is enabled.
+/// A filter of the old image processing: its id, and whether it is enabled.
 #[derive(Default)]
 struct Filter {
     kind: i32,
@@ -136,10 +137,10 @@ pub const VISION_IGNORED: &[&str] = &[
     "_f2",
 ];
 
-/// A force sensor.
+/// The specific part of a force sensor.
 #[derive(Debug, Clone, Default)]
 pub struct Force {
-    /// Bits: 0 force threshold, 1 torque threshold.
+    /// Flags of the enabled thresholds. Bit 0: force; bit 1: torque.
     pub bits: u8,
     /// Thresholds above which the sensor breaks, N and N m, and the number of consecutive measurements required.
     pub threshold: ([f64; 2], i32),

@@ -7,7 +7,7 @@ use super::{
     unknown::Unknowns,
 };
 
-/// Simulation settings of a scene. A model has none.
+/// Simulation settings of a scene. Models have no settings.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
     /// Whether the file contains any of these sections.
@@ -23,26 +23,26 @@ pub struct Settings {
     pub engine: Option<i32>,
     /// Version of Bullet: 0, 278 or 283.
     pub engine_version: i32,
-    /// Gravity, m/s^2.
+    /// Gravitational acceleration in the world frame, m/s^2.
     pub gravity: Option<[f64; 3]>,
     physics_step: Option<f64>,
     /// Parameters of Bullet; the first one is the physics step.
     pub bullet: EngineBlock,
-    /// Parameters of ODE.
+    /// Parameters of ODE; the first one is the physics step.
     pub ode: EngineBlock,
     /// Parameters of Vortex, Newton and MuJoCo.
     pub others: [EngineBlock; 3],
-    /// Whether physics is disabled.
+    /// Whether the physics engine is disabled.
     pub dynamics_off: bool,
-    /// Visible layers.
+    /// Visible layers, one bit per layer.
     pub layers: Option<u16>,
     /// Acknowledgement of the scene's author.
     pub acknowledgement: String,
-    /// Stages that are disabled, in old files.
+    /// Names of the disabled stages of a step; only in old files.
     pub off: Vec<&'static str>,
 }
 
-/// Steps to which old files refer by index, s.
+/// Step lengths to which old files refer by index, s.
 const STEPS: [f64; 5] = [0.2, 0.1, 0.05, 0.025, 0.01];
 
 impl Settings {
@@ -68,7 +68,7 @@ impl Settings {
     }
 }
 
-/// Reads `SIM`.
+/// Reads the section `SIM`: step length and pace of runs.
 pub fn simulation(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(Settings {
         "" | "_t3" => |s, c, _| Ok(s.step[0] = Some(c.real()?)),
@@ -98,7 +98,7 @@ fn engine(s: &mut Settings, c: &mut Cursor<'_>) -> Read {
     Ok(())
 }
 
-/// Reads `DYN`.
+/// Reads the section `DYN`: parameters of physics engines.
 pub fn dynamics(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(Settings {
         "Eng" => |s, c, _| engine(s, c),
@@ -130,7 +130,7 @@ fn block(c: &mut Cursor<'_>) -> Read<EngineBlock> {
     Ok(block)
 }
 
-/// Reads `ENV`.
+/// Reads the section `ENV`: visible layers and acknowledgement.
 pub fn environment(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     let tags = tags!(Settings {
         "Vil" => |s, c, _| Ok(s.layers = Some(c.u16()?)),
@@ -144,7 +144,7 @@ pub fn environment(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns)
     object(c, tags, IGNORED, s, unknown).map(drop)
 }
 
-/// Reads `SET`.
+/// Reads the section `SET`: the stages of a step that are disabled.
 pub fn main(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
     fn note(s: &mut Settings, off: bool, what: &'static str) {
         s.off.retain(|w| *w != what);

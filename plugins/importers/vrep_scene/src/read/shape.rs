@@ -7,7 +7,7 @@ use super::{
     section::{Tag, tags},
 };
 
-/// A shape.
+/// The specific part of a shape.
 #[derive(Debug, Clone)]
 pub struct Shape {
     /// The root of the shape's mesh tree.
@@ -24,7 +24,7 @@ pub struct Shape {
     pub dynamic: bool,
     /// Whether the shape initially sleeps.
     pub asleep: bool,
-    /// Whether the shape collides.
+    /// Whether the shape collides with other respondable shapes.
     pub respondable: bool,
 }
 
@@ -43,7 +43,7 @@ impl Default for Shape {
     }
 }
 
-/// Elements of a shape.
+/// Elements of the part that is specific to shapes.
 pub const TAGS: &[Tag<Shape>] = tags!(Shape {
     "Ge2" => |s, c, u| Ok(s.root = mesh::read_tree(c, u)?),
     "Geo" => |s, c, u| {

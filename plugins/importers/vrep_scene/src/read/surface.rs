@@ -24,7 +24,7 @@ pub struct Surface {
 pub struct Placed<'a> {
     /// The part that contains the leaf.
     pub part: &'a Part,
-    /// The leaf.
+    /// The leaf, whose vertices `frame` transforms.
     pub leaf: &'a Leaf,
     /// Transform from the vertex frame to the frame of the shape.
     pub frame: Isometry3<f64>,
@@ -91,7 +91,10 @@ impl File {
             triangles = own.ok_or_else(|| broken(text()))?.to_vec();
         }
         if let Some(i) = triangles.iter().flatten().find(|i| **i as usize >= points.len()) {
-            return Err(broken(format!("a triangle refers to point {i}, but there are only {}", points.len())));
+            return Err(broken(format!(
+                "a triangle refers to the point with index {i}, but the mesh has only {} points",
+                points.len()
+            )));
         }
         if points.iter().flatten().any(|x| !x.is_finite()) {
             return Err(broken("a coordinate of a point is not finite".into()));
@@ -100,7 +103,7 @@ impl File {
     }
 }
 
-/// Removes points that no triangle uses, because the arrays may be those of a whole shape.
+/// Removes points that no triangle uses: the arrays can contain the points of a whole shape.
 fn compact(points: &[[f32; 3]], mut triangles: Vec<[u32; 3]>) -> Surface {
     let mut places = vec![u32::MAX; points.len()];
     let mut used = Vec::with_capacity(points.len());

@@ -7,12 +7,12 @@ use super::{
     unknown::Unknowns,
 };
 
-/// An image.
+/// An image that shapes can use as a texture.
 #[derive(Debug, Clone, Default)]
 pub struct Texture {
-    /// Number of the texture.
+    /// Id of the texture.
     pub id: i32,
-    /// Resolution: columns, rows.
+    /// Resolution: columns and rows of pixels.
     pub size: [i32; 2],
     /// Name of the texture.
     pub name: String,
@@ -22,7 +22,7 @@ pub struct Texture {
     pub pixels: Span,
 }
 
-/// Reads `TEX`.
+/// Reads the section `TEX`, which contains an image.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
     let mut texture = Texture { id: -1, ..Default::default() };
     let tags = tags!(Texture {
@@ -36,7 +36,7 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
     let [w, h] = texture.size.map(|n| usize::try_from(n).unwrap_or(0));
     let wanted = w.saturating_mul(h).saturating_mul(if texture.alpha { 4 } else { 3 });
     if texture.pixels.len < wanted {
-        let text = format!("an image of {w} x {h} pixels has {wanted} bytes, found {}", texture.pixels.len);
+        let text = format!("expected {w} x {h} pixels in {wanted} bytes, found {} bytes", texture.pixels.len);
         return Err(super::cursor::Broken::new(at, text));
     }
     Ok(texture)
@@ -45,13 +45,13 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
 /// The mapping of an image to a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Property {
-    /// Number of the image, or handle of the vision sensor that provides it.
+    /// Id of the image, or handle of the vision sensor that provides it.
     pub texture: i32,
-    /// Number of the mapping that computes texture coordinates.
+    /// Mapping that computes texture coordinates: 0 plane, 1 cylinder, 2 sphere, 3 box.
     pub mode: i32,
     /// Scale along u and v.
     pub scale: [f64; 2],
-    /// Frame of the projection in that of the shape.
+    /// Frame of the projection in the frame of the shape.
     pub pose: Stored,
     /// Whether colors between pixels are interpolated.
     pub smooth: bool,
@@ -61,7 +61,7 @@ pub struct Property {
     pub apply: i32,
 }
 
-/// Reads `Toj`.
+/// Reads the element `Toj`, which maps an image to a mesh.
 pub fn property(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Property> {
     let mut property =
         Property { texture: -1, mode: 0, scale: [1.0; 2], pose: IDENTITY, smooth: true, repeat: [true; 2], apply: 0 };

@@ -9,7 +9,7 @@ use super::cursor::Span;
 pub struct Unknown {
     /// Number of occurrences.
     pub count: usize,
-    /// Total size in bytes.
+    /// Total size of all occurrences, in bytes.
     pub bytes: usize,
     /// Positions of the first occurrences.
     pub spans: Vec<Span>,
@@ -18,7 +18,7 @@ pub struct Unknown {
 /// Unknown elements by their path of tags: `SHP/Ge2/Xyz`.
 #[derive(Debug, Clone, Default)]
 pub struct Unknowns {
-    /// The elements, by path.
+    /// The unknown elements, by path.
     pub all: BTreeMap<String, Unknown>,
     path: Vec<String>,
 }
@@ -28,11 +28,11 @@ pub struct Unknowns {
 const MOST: usize = 1000;
 
 impl Unknowns {
-    /// Enters a section.
+    /// Enters a section: its tag becomes part of the path of further elements.
     pub fn enter(&mut self, tag: &str) {
         self.path.push(tag.to_owned());
     }
-    /// Leaves the current section.
+    /// Leaves the section that was entered last.
     pub fn leave(&mut self) {
         self.path.pop();
     }

@@ -6,7 +6,7 @@ use super::{
     unknown::Unknowns,
 };
 
-/// A detection volume. Fields that its type does not use may have any value.
+/// A detection volume. Fields that `kind` does not use can have any value.
 #[derive(Debug, Clone, Default)]
 pub struct Volume {
     /// 0 pyramid, 1 cylinder, 2 disc, 3 cone, 4 ray, 5 random rays.
@@ -32,7 +32,7 @@ pub struct Volume {
     threshold: f64,
 }
 
-/// Reads `Vod`.
+/// Reads the element `Vod`, which contains a detection volume.
 pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Volume> {
     let mut volume = Volume::default();
     let tags = tags!(Volume {

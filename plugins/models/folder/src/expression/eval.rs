@@ -5,21 +5,21 @@ use std::{cell::Cell, collections::BTreeMap};
 use super::{functions, parse::Tree, room::Room, value::Value};
 use crate::wrong::{Result, Wrong};
 
-/// Values by name.
+/// The values of parameters and constants by name.
 pub type Names = BTreeMap<String, Value>;
 
-/// Maximum total number of values that the lists `[... for ...]` of an expression may compute.
+/// Maximum total number of values that the lists `[... for ...]` of an expression can compute.
 const MOST_VALUES: usize = 10_000;
 
 /// The names that a part of an expression can use.
 #[derive(Clone, Copy)]
 pub struct Scope<'a> {
     names: &'a Names,
-    /// The name of the innermost `for`, its value, and the scope around it.
+    /// The variable of the innermost `for`, its value, and the enclosing scope.
     inner: Option<(&'a str, &'a Value, &'a Scope<'a>)>,
-    /// Number of values that lists may still compute.
+    /// Number of values that lists with `for` can still compute.
     left: &'a Cell<usize>,
-    /// Remaining room for results.
+    /// Limits the total size of results.
     room: &'a Room,
 }
 
@@ -46,7 +46,8 @@ fn eval(tree: &Tree, names: &Scope<'_>) -> Result<Value> {
         Tree::Name(name) => named(name, names)?,
         Tree::Call(name, args) if name == "if" => {
             let [condition, yes, no] = &args[..] else {
-                return Err(Wrong::new(format!("`if` requires a condition and two values, found {}", args.len())));
+                return Err(Wrong::new(format!("`if` requires three arguments, but has {}", args.len()))
+                    .help("if(condition, value if true, value if false)"));
             };
             return eval(if truth(&eval(condition, names)?, "the condition of `if`")? { yes } else { no }, names);
         }
@@ -54,7 +55,7 @@ fn eval(tree: &Tree, names: &Scope<'_>) -> Result<Value> {
         Tree::Each(each, name, list) => listed(each, name, &eval(list, names)?, names)?,
         Tree::Index(list, indices) => indexed(list, indices, names)?,
         Tree::Negative(tree) => scaled(eval(tree, names)?, &|x| Ok(-x), "-")?,
-        Tree::Not(tree) => Value::Bool(!truth(&eval(tree, names)?, "what follows `not`")?),
+        Tree::Not(tree) => Value::Bool(!truth(&eval(tree, names)?, "the operand of `not`")?),
         Tree::Row(first, rest) => {
             let mut left = eval(first, names)?;
             for (operator, right) in rest {
@@ -71,12 +72,12 @@ fn all(trees: &[Tree], names: &Scope<'_>) -> Result<Vec<Value>> {
     trees.iter().map(|t| eval(t, names)).collect()
 }
 
-/// Returns an element of a list, or of a list nested in it.
+/// Returns the element that a sequence of indices selects from a list and from the lists nested in it.
 fn indexed(list: &Tree, indices: &[Tree], names: &Scope<'_>) -> Result<Value> {
-    // A long list is not copied for one of its elements.
+    // A named list is borrowed, because copying a long list for one of its elements is expensive.
     let kept = if let Tree::Name(name) = list { names.get(name) } else { None };
     let computed = if kept.is_none() { Some(eval(list, names)?) } else { None };
-    let Some(mut at) = kept.or(computed.as_ref()) else { return Err(Wrong::new("there is no list")) };
+    let Some(mut at) = kept.or(computed.as_ref()) else { return Err(Wrong::new("expected a list to index")) };
     for index in indices {
         at = element(at, &eval(index, names)?)?;
     }
@@ -86,9 +87,9 @@ fn indexed(list: &Tree, indices: &[Tree], names: &Scope<'_>) -> Result<Value> {
 /// Applies an operator to a value and its right operand.
 fn applied(operator: &str, left: Value, right: &Tree, names: &Scope<'_>) -> Result<Value> {
     let value = match operator {
-        // The right side of these operators is evaluated only if the left side does not determine the result.
+        // The right operand is evaluated only if the left operand does not determine the result.
         "and" | "or" => {
-            let side = format!("a side of `{operator}`");
+            let side = format!("an operand of `{operator}`");
             let left = truth(&left, &side)?;
             Value::Bool(if left == (operator == "or") { left } else { truth(&eval(right, names)?, &side)? })
         }
@@ -111,13 +112,13 @@ fn applied(operator: &str, left: Value, right: &Tree, names: &Scope<'_>) -> Resu
     Ok(value)
 }
 
-/// Returns the list of results of an expression for each element of a list, or for 0 to n - 1.
+/// Evaluates `each` for every element of a list, or for every integer from 0 to n - 1, and returns the list of results.
 fn listed(each: &Tree, name: &str, of: &Value, scope: &Scope<'_>) -> Result<Value> {
     let value = |value: &Value| {
         let left = scope.left.get().checked_sub(1);
         scope
             .left
-            .set(left.ok_or_else(|| Wrong::new(format!("lists with `for` have more than {MOST_VALUES} values")))?);
+            .set(left.ok_or_else(|| Wrong::new(format!("lists with `for` compute more than {MOST_VALUES} values")))?);
         eval(each, &Scope { inner: Some((name, value, scope)), ..*scope })
     };
     match of {
@@ -147,7 +148,7 @@ fn named(name: &str, names: &Scope<'_>) -> Result<Value> {
     }
 }
 
-/// Returns a value as true or false.
+/// Returns the value of a boolean, or an error that calls a value of another type `what`.
 pub fn truth(value: &Value, what: &str) -> Result<bool> {
     match value {
         Value::Bool(b) => Ok(*b),
@@ -157,13 +158,13 @@ pub fn truth(value: &Value, what: &str) -> Result<bool> {
 
 fn element<'v>(list: &'v Value, index: &Value) -> Result<&'v Value> {
     let (Value::List(all), Value::Number(i)) = (list, index) else {
-        let text = format!("an element of {} cannot be selected by {}", list.describe(), index.describe());
-        return Err(Wrong::new(text).help("elements of lists are numbered from 0"));
+        let text = format!("cannot index {} with {}", list.describe(), index.describe());
+        return Err(Wrong::new(text).help("only a list can be indexed, with an integer that counts from 0"));
     };
     let at = if *i >= 0.0 && *i == libm::floor(*i) { all.get(*i as usize) } else { None };
     at.ok_or_else(|| {
-        let text = format!("there is no element {i} in a list of {}", all.len());
-        Wrong::new(text).help("elements of lists are numbered from 0")
+        let text = format!("index {i} is not valid for a list of length {}", all.len());
+        Wrong::new(text).help("the index of an element is an integer that counts from 0")
     })
 }
 
@@ -178,15 +179,15 @@ fn equal(a: &Value, b: &Value) -> Result<bool> {
 }
 
 fn unfit(operator: &str, a: &Value, b: &Value) -> Wrong {
-    Wrong::new(format!("`{operator}` does not work between {} and {}", a.describe(), b.describe()))
+    Wrong::new(format!("`{operator}` cannot be applied to {} and {}", a.describe(), b.describe()))
 }
 
-/// Applies a function to a number, or to each number of a list.
+/// Applies a function to a number, or to each number in a list and in the lists nested in it.
 fn scaled(value: Value, f: &dyn Fn(f64) -> Result<f64>, operator: &str) -> Result<Value> {
     match value {
         Value::Number(x) => f(x).map(Value::Number),
         Value::List(all) => all.into_iter().map(|v| scaled(v, f, operator)).collect::<Result<_>>().map(Value::List),
-        other => Err(Wrong::new(format!("`{operator}` does not work with {}", other.describe()))),
+        other => Err(Wrong::new(format!("`{operator}` cannot be applied to {}", other.describe()))),
     }
 }
 

@@ -1,4 +1,5 @@
-//! The functions of expressions. Those whose results may differ between platforms are from `libm`.
+//! The functions of expressions. `libm` replaces those functions of the standard library whose results can differ
+//! between platforms.
 
 use super::value::Value;
 use crate::wrong::{Result, Wrong};
@@ -31,7 +32,7 @@ pub const FUNCTIONS: &[&str] = &[
     "flat", "text", "if",
 ];
 
-/// Calls a function other than `if`, whose arguments are evaluated first.
+/// Calls a function with evaluated arguments. `if` is handled by the evaluator, which evaluates only the chosen value.
 pub fn call(name: &str, args: &[Value]) -> Result<Value> {
     let wrong = |wanted: &str| Wrong::new(format!("`{name}` requires {wanted}, found {}", found(args)));
     if let Some((_, function)) = ONE.iter().find(|(n, _)| *n == name) {

@@ -1,7 +1,7 @@
 //! Arithmetic over parameters: `=height / 2`, `=if(preset == 'wide', 0.4, 0.3)`, `=color[0]`.
 //!
-//! - `value`: values of expressions; `parse`: converts a text to a tree; `eval`: evaluates a tree; `functions`: the
-//!   functions that expressions can call; `room`: limits the size of results.
+//! - `value`: values of expressions; `parse`: converts source text to a tree; `eval`: evaluates a tree; `functions`:
+//!   the functions that expressions can call; `room`: limits the size of results.
 
 mod eval;
 mod functions;
@@ -16,7 +16,7 @@ pub use value::Value;
 
 use crate::wrong::Result;
 
-/// Evaluates an expression, which is written without its `=`.
+/// Evaluates an expression. `text` does not include the leading `=`.
 pub fn evaluate(text: &str, names: &Names, room: &Room) -> Result<Value> {
     eval::evaluated(&parse::parse(text)?, names, room)
 }

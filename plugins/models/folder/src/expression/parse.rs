@@ -30,7 +30,7 @@ pub enum Tree {
     Name(String),
     List(Vec<Tree>),
     Call(String, Vec<Tree>),
-    /// An expression, the name in it that stands for an element, and the list of elements.
+    /// The expression, the name of the loop variable, and the list of elements.
     Each(Box<Tree>, String, Box<Tree>),
     /// A list, and the indices applied to it.
     Index(Box<Tree>, Vec<Tree>),
@@ -43,7 +43,7 @@ pub enum Tree {
 /// Parses an expression.
 pub fn parse(text: &str) -> Result<Tree> {
     if text.len() > LONGEST {
-        return Err(Wrong::new(format!("the expression has {} bytes, more than {LONGEST}", text.len()))
+        return Err(Wrong::new(format!("the expression has {} bytes, but the maximum is {LONGEST}", text.len()))
             .help("split it into several numbers in [model.numbers]"));
     }
     let mut parser = Parser { rest: text, depth: 0 };
@@ -68,7 +68,7 @@ impl Parser<'_> {
     fn any(&mut self) -> Result<Tree> {
         self.depth += 1;
         if self.depth > DEEPEST {
-            return Err(Wrong::new(format!("the expression is nested more than {DEEPEST} deep")));
+            return Err(Wrong::new(format!("the expression is nested more than {DEEPEST} levels deep")));
         }
         let tree = self.level(0);
         self.depth -= 1;
@@ -97,7 +97,7 @@ impl Parser<'_> {
     fn deeper(&mut self) -> Result {
         self.depth += 1;
         if self.depth > DEEPEST {
-            return Err(Wrong::new(format!("the expression is nested more than {DEEPEST} deep")));
+            return Err(Wrong::new(format!("the expression is nested more than {DEEPEST} levels deep")));
         }
         Ok(())
     }
@@ -140,7 +140,7 @@ impl Parser<'_> {
         }
         if first == '\'' || first == '"' {
             let inner = &rest[1..];
-            let end = inner.find(first).ok_or_else(|| Wrong::new(format!("the text {rest} has no closing quote")))?;
+            let end = inner.find(first).ok_or_else(|| Wrong::new(format!("the string {rest} has no closing quote")))?;
             self.rest = &inner[end + 1..];
             return Ok(Tree::Text(inner[..end].to_owned()));
         }
@@ -159,7 +159,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Parses a list after its opening bracket: its elements, or `x for name in y`.
+    /// Parses the rest of a list after its opening bracket: either elements or `x for name in y`.
     fn elements(&mut self) -> Result<Tree> {
         if self.takes("]") {
             return Ok(Tree::List(Vec::new()));
@@ -168,7 +168,8 @@ impl Parser<'_> {
         if self.takes("for") {
             let name = self.word()?;
             if RESERVED.contains(&name.as_str()) {
-                return Err(Wrong::new(format!("`{name}` has a meaning in expressions")).help("choose another name"));
+                let wrong = Wrong::new(format!("`{name}` is a reserved name in expressions"));
+                return Err(wrong.help("choose another name"));
             }
             self.needs("in")?;
             let list = self.any()?;
@@ -221,7 +222,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Skips a word or symbol if it is next; returns whether it was.
+    /// Consumes `what` if it is the next word or symbol, and returns whether it did.
     fn takes(&mut self, what: &str) -> bool {
         let rest = self.rest.trim_start();
         let Some(after) = rest.strip_prefix(what) else { return false };

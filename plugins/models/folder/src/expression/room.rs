@@ -5,13 +5,13 @@ use std::cell::Cell;
 use super::value::Value;
 use crate::wrong::{Result, Wrong};
 
-/// Maximum total of numbers and bytes of texts that expressions sharing one room may compute, including intermediate
-/// values.
+/// Maximum total size of the values that expressions sharing one room can compute, including intermediate values;
+/// `size` defines the size of a value.
 const MOST: usize = 4 << 20;
 /// Maximum nesting depth of lists, slightly less than that of TOML parsers.
 const DEEPEST: usize = 60;
 
-/// The remaining amount of results for a group of expressions.
+/// The total size that the results of a group of expressions can still have.
 #[derive(Debug)]
 pub struct Room(Cell<usize>);
 
@@ -31,13 +31,13 @@ impl Room {
     }
 }
 
-/// Returns the number of numbers and bytes of texts in a value.
+/// Returns the size of a value: 1, plus the bytes of a string or the sizes of the elements of a list.
 fn size(value: &Value, depth: usize) -> Result<usize> {
     Ok(match value {
         Value::Number(_) | Value::Bool(_) => 1,
         Value::Text(t) => 1 + t.len(),
         Value::List(_) if depth == DEEPEST => {
-            return Err(Wrong::new(format!("a list is nested more than {DEEPEST} deep")));
+            return Err(Wrong::new(format!("a list is nested more than {DEEPEST} levels deep")));
         }
         Value::List(all) => all.iter().try_fold(1, |sum, v| size(v, depth + 1).map(|n| sum + n))?,
     })

@@ -74,26 +74,26 @@ fn errors_say_what_is_wrong_and_what_to_do() {
     for (text, wrong, help) in [
         ("1 / (count - 3)", "division by zero: 1 / 0", ""),
         ("lenght * 2", "no parameter or number `lenght`", "did you mean `length`?"),
-        ("quite_another", "no parameter or number `quite_another`", "known are arm, color"),
+        ("quite_another", "no parameter or number `quite_another`", "the known names are arm, color"),
         ("sqr(2)", "no function `sqr`", "did you mean `sqrt`?"),
         ("sqrt(-1)", "`sqrt(-1)` is not defined", ""),
-        ("sqrt('a')", "`sqrt` requires one number, found the text 'a'", ""),
-        ("preset + 1", "`+` does not work between the text 'wide' and the number 1", ""),
-        ("preset == 1", "`==` does not work between", ""),
+        ("sqrt('a')", "`sqrt` requires one number, found the string 'a'", ""),
+        ("preset + 1", "`+` cannot be applied to the string 'wide' and the number 1", ""),
+        ("preset == 1", "`==` cannot be applied to", ""),
         ("if(1, 2, 3)", "the condition of `if` must be true or false, found the number 1", ""),
-        ("if(arm, 2)", "`if` requires a condition and two values, found 2", ""),
-        ("color[3]", "no element 3 in a list of 3", "numbered from 0"),
-        ("length[0]", "an element of the number 0.4", "numbered from 0"),
+        ("if(arm, 2)", "`if` requires three arguments, but has 2", "if(condition, "),
+        ("color[3]", "index 3 is not valid for a list of length 3", "counts from 0"),
+        ("length[0]", "cannot index the number 0.4 with the number 0", "counts from 0"),
         ("1 +", "expected a value, found the end", ""),
         ("1 2", "expected an operator or the end of the expression, found `2`", ""),
         ("(1", "expected `)`, found the end", ""),
-        ("'a", "the text 'a has no closing quote", ""),
+        ("'a", "the string 'a has no closing quote", ""),
         ("1.2.3", "`1.2.3` is not a number", ""),
         ("1 < 2 < 3", "found `< 3`", ""),
         ("10 ^ 400", "not a finite number", ""),
-        ("color + [1]", "`+` does not work between a list of 3 and a list of 1", ""),
+        ("color + [1]", "`+` cannot be applied to a list of length 3 and a list of length 1", ""),
         ("[i for i in 1.5]", "expected a list or a whole number, found the number 1.5", "`for i in 3` counts"),
-        ("[i for pi in 3]", "`pi` has a meaning", ""),
+        ("[i for pi in 3]", "`pi` is a reserved name", ""),
         ("[i for i of 3]", "expected `in`", ""),
         ("flat(1)", "`flat` requires one list, found the number 1", ""),
         ("[j for i in 3]", "no parameter or number `j`", ""),
@@ -111,18 +111,18 @@ fn errors_say_what_is_wrong_and_what_to_do() {
 
 #[test]
 fn long_expressions_need_no_deep_stack() {
-    // A recursion per operator or index would overflow a small stack.
+    // One level of recursion per operator or index would overflow a small stack.
     let small = || {
         let sum = format!("1{}", "+1".repeat(30_000));
         assert_eq!(evaluate(&sum, &names()).unwrap(), Value::Number(30_001.0));
         assert_eq!(evaluate(&format!("true{}", " and true".repeat(7000)), &names()).unwrap(), Value::Bool(true));
         assert_eq!(evaluate(&format!("{}0", "0*".repeat(30_000)), &names()).unwrap(), Value::Number(0.0));
         let e = evaluate(&format!("[1]{}", "[0]".repeat(20_000)), &names()).unwrap_err();
-        assert!(e.text.contains("an element of the number 1"), "{}", e.text);
+        assert!(e.text.contains("cannot index the number 1"), "{}", e.text);
     };
     std::thread::Builder::new().stack_size(512 << 10).spawn(small).unwrap().join().unwrap();
     let e = evaluate(&format!("1{}", "+1".repeat(200_000)), &names()).unwrap_err();
-    assert!(e.text.contains("the expression has 400001 bytes, more than 65536"), "{}", e.text);
+    assert!(e.text.contains("the expression has 400001 bytes, but the maximum is 65536"), "{}", e.text);
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn values_that_grow_are_refused() {
         let e = grow(first, text).unwrap_err();
         assert!(e.text.contains("more than 4194304 numbers and characters"), "{}", e.text);
     }
-    assert!(grow(Value::Number(1.0), "[a]").unwrap_err().text.contains("nested more than 60 deep"));
+    assert!(grow(Value::Number(1.0), "[a]").unwrap_err().text.contains("nested more than 60 levels deep"));
     let long = Names::from([("t".to_owned(), Value::Text("x".repeat(1 << 20)))]);
     assert!(evaluate("[t + 'y' for i in 10000]", &long).unwrap_err().text.contains("4194304"));
     assert!(evaluate("len([t, 'y'])", &long).is_ok());

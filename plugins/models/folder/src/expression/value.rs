@@ -4,17 +4,17 @@ use tatu_plugin_api::safe;
 
 use crate::wrong::{Result, Wrong};
 
-/// Maximum number of characters of a text that messages quote.
+/// Maximum length of a string in messages; longer strings are truncated.
 const LONGEST: usize = 80;
 
-/// A value.
+/// The value of a parameter, constant or expression.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// A number; integers are numbers without a fraction.
+    /// A number. Integers are numbers without a fractional part.
     Number(f64),
     /// A boolean.
     Bool(bool),
-    /// A text.
+    /// A string.
     Text(String),
     /// A list of values, such as a vector or a list of vectors.
     List(Vec<Value>),
@@ -27,14 +27,14 @@ impl Value {
             Value::Number(x) => format!("the number {x}"),
             Value::Bool(b) => b.to_string(),
             Value::Text(t) if t.len() > LONGEST => {
-                format!("the text '{}...'", t.chars().take(LONGEST).collect::<String>())
+                format!("the string '{}...'", t.chars().take(LONGEST).collect::<String>())
             }
-            Value::Text(t) => format!("the text '{t}'"),
-            Value::List(l) => format!("a list of {}", l.len()),
+            Value::Text(t) => format!("the string '{t}'"),
+            Value::List(l) => format!("a list of length {}", l.len()),
         }
     }
 
-    /// Writes the value in TOML, on one line.
+    /// Formats the value as TOML, on one line.
     pub fn to_toml(&self) -> Result<String> {
         Ok(match self {
             Value::Number(x) if x.is_finite() => format!("{x:?}"),
@@ -45,7 +45,7 @@ impl Value {
         })
     }
 
-    /// Converts a value of TOML; returns `None` for dates and tables.
+    /// Converts a TOML value; returns `None` for dates and tables.
     pub fn of_toml(value: &toml_edit::Value) -> Option<Value> {
         use toml_edit::Value as T;
         Some(match value {
@@ -58,7 +58,7 @@ impl Value {
         })
     }
 
-    /// Converts a value of the host; returns `None` for types that expressions do not support.
+    /// Converts a value of the host, or returns `None` if expressions do not support its type.
     pub fn of_host(value: &safe::Value) -> Option<Value> {
         use safe::Value as H;
         Some(match value {
@@ -89,7 +89,7 @@ impl Value {
     }
 }
 
-/// Returns a text as a TOML basic string, without line breaks.
+/// Formats a string as a TOML basic string, with escaped control characters.
 fn quoted(text: &str) -> String {
     let mut out = String::from('"');
     for c in text.chars() {

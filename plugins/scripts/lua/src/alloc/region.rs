@@ -3,8 +3,9 @@
 use crate::system;
 
 const ALIGN: usize = 4 << 30;
-/// Number of bytes of address space left to the rest of the program. If scripts reserved all address space, the next
-/// ordinary allocation would fail and abort the program. If less than this is free, scripts use the system's allocator.
+/// Number of bytes of address space that must remain free for the rest of the program. If scripts reserved all address
+/// space, the next ordinary allocation would fail and abort the program. If less is free, scripts use the system's
+/// allocator.
 const LEFT: usize = 1 << 30;
 
 /// Reserved address space that begins at a multiple of 4 GiB, and does not use memory until committed.
@@ -15,7 +16,7 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// Reserves `bytes` of address space; `None` if the system refuses.
+    /// Reserves `bytes` of address space; returns `None` if the system refuses.
     pub fn new(bytes: usize) -> Option<Region> {
         if cfg!(target_pointer_width = "64") {
             let probe = system::reserve(bytes + LEFT);

@@ -51,7 +51,7 @@ fn sorted_free_lists_are_left_alone() {
     unsafe {
         let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false, std::ptr::null())).collect();
         assert!(!slot.unsorted.get());
-        // Freed out of order, and not at the end.
+        // Free blocks out of order, but not at the end.
         slot.free_block(all[2], 100);
         slot.free_block(all[1], 100);
         assert!(!slot.unsorted.get());
@@ -120,7 +120,7 @@ fn a_backup_brings_content_and_order_back() {
         }
         slot.sort_free_lists();
         assert_eq!(slot.top.get(), slot.offset(all[3]));
-        // Twice, to check that a rollback does not depend on the blocks' history.
+        // Roll back twice, to check that a rollback does not depend on the blocks' history.
         for _ in 0..2 {
             slot.roll_back(backup.as_ref().unwrap());
             assert_eq!(slot.top.get(), top);

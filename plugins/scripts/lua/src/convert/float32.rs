@@ -1,4 +1,5 @@
-//! Rounding to 32-bit floats, in which scripts and commands exchanged numbers before version 4.5 of the original.
+//! Rounding to 32-bit floats. Before version 4.5 of the original, scripts and commands exchanged numbers in this
+//! format.
 
 use mlua_sys::*;
 use tatu_plugin_api::abi::*;

@@ -22,9 +22,9 @@ pub(crate) struct Reader<'a> {
     pub l: *mut lua_State,
     pub s: &'a State,
     pub allocator: Allocator,
-    /// "argument" or "result", for error messages.
+    /// What is converted, for error messages: "argument" or "result".
     pub what: &'static str,
-    /// Whether memory was allocated in the arena.
+    /// Whether the conversion has allocated memory in the arena.
     pub allocated: bool,
 }
 
@@ -58,8 +58,8 @@ const fn span(tag: u32, ptr: *const c_void, len: usize) -> tatu_value {
 }
 
 impl Reader<'_> {
-    /// Converts the value at `idx`, the `n`-th (from 1) of its call, into `*out`. Raises an error for values that
-    /// cannot be passed.
+    /// Converts the value at `idx`, which is argument or result `n` (from 1) of its call, into `*out`. Raises an error
+    /// for values that cannot be passed.
     ///
     /// # Safety
     /// `idx` must be absolute. A string in `*out` is valid only while the Lua value is on the stack.
@@ -123,7 +123,7 @@ impl Reader<'_> {
             up = step.up;
         }
         if at.depth >= MAX_DEPTH {
-            return self.fail(at, "the table", " is nested deeper than 32");
+            return self.fail(at, "the table", " is nested more than 32 levels deep");
         }
         luaL_checkstack(l, 6, null());
         let n = lua_rawlen(l, idx);
@@ -263,7 +263,7 @@ impl Reader<'_> {
         if memory.is_null() {
             errors::raise(
                 self.l,
-                Fail::with_code(TATU_ERR_SPACE, "a value is too large for the world's memory for a single call"),
+                Fail::with_code(TATU_ERR_SPACE, "a value exceeds the world's memory for the values of a single call"),
             );
         }
         memory.cast()
@@ -322,7 +322,7 @@ pub(crate) unsafe fn take_results(l: *mut lua_State, s: &State, frame: *mut tatu
             l,
             Fail::with_code(
                 TATU_ERR_SPACE,
-                format!("the function returned {n} values, but the caller has room for only {}", frame.results_cap),
+                format!("the function returned {n} values, but the caller accepts at most {}", frame.results_cap),
             ),
         );
     }

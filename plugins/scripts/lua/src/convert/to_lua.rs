@@ -42,7 +42,7 @@ unsafe fn put_deep(l: *mut lua_State, v: &tatu_value, depth: u32) {
         lua_pushinteger(l, x.into());
     }
     if depth > MAX_DEPTH {
-        errors::raise(l, Fail::argument("a value is nested deeper than 32"));
+        errors::raise(l, Fail::argument("a value is nested more than 32 levels deep"));
     }
     luaL_checkstack(l, 4, null());
     match v.tag {

@@ -12,7 +12,8 @@ pub(crate) fn syntax(message: &str) -> Option<String> {
         Some((what, line.split(')').next()?))
     };
     Some(if message.starts_with("'end' expected") {
-        let begun = opened().map_or("one of them".into(), |(what, line)| format!("the `{what}` of line {line}"));
+        let begun =
+            opened().map_or("one of these blocks".into(), |(what, line)| format!("the `{what}` of line {line}"));
         format!("every `function`, `if`, `for` and `while` needs an `end`: {begun} has none")
     } else if let (true, Some((what, line))) = (message.contains(" expected (to close '"), opened()) {
         format!("the `{what}` of line {line} is not closed")

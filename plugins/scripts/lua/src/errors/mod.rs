@@ -1,4 +1,4 @@
-//! Errors, which the plugin raises in Lua, or reports from Lua to the host.
+//! Raises errors of the plugin in Lua, and reports errors of Lua to the host.
 //!
 //! - `raise`: raises errors in Lua;
 //! - `protect`, `report`: convert the error of a protected call to a failure with position, hint and traceback;

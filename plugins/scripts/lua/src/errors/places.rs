@@ -5,7 +5,7 @@ use tatu_plugin_api::safe::*;
 
 use crate::{lua_internals, state::State};
 
-/// Records the position of a script that has run out of memory, because there is then no memory for a message handler.
+/// Records the position of a script that has run out of memory. A message handler could not do this without memory.
 ///
 /// # Safety
 /// `s` must point to a live state of this plugin.
@@ -51,7 +51,7 @@ pub(super) fn at_places(fail: Fail, places: &[(String, u64)]) -> Fail {
     fail.at(file, line).traceback(lines.join("\n"))
 }
 
-/// Returns the file name or name of a Lua source, without its prefix.
+/// Returns the name of a Lua chunk without its prefix `@` or `=`.
 pub(super) fn file_of(source: &[u8]) -> &[u8] {
     match source {
         [b'@' | b'=', rest @ ..] => rest,

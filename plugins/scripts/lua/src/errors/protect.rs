@@ -9,8 +9,8 @@ use crate::{
     state::State,
 };
 
-/// Runs `f` in protected mode on the running thread; a Lua error becomes a `Fail`. `f` must not keep a value with a
-/// destructor alive across Lua functions that raise.
+/// Runs `f` in protected mode on the running thread; converts a Lua error to a `Fail`. `f` must not keep a value with a
+/// destructor alive across Lua functions that can raise errors.
 pub(crate) fn protect(s: &State, f: &mut dyn FnMut(*mut lua_State)) -> Result {
     let l = s.running.get();
     let mut f = f;

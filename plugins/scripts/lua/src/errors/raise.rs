@@ -8,8 +8,8 @@ use crate::{
     state::{self, State},
 };
 
-/// Raises a failure as a Lua error with the position of the calling line, its text and its help, and records it with
-/// its code.
+/// Raises a failure as a Lua error whose message contains the position of the calling line, the text and the help, and
+/// records the failure with its code.
 ///
 /// # Safety
 /// The calling C function must keep no value with a destructor alive.

@@ -96,7 +96,7 @@ fn memory_fail(s: &State) -> Fail {
         return Fail::with_code(TATU_ERR_MEMORY, text)
             .help("allow the program more memory (`ulimit -v`, or the job's limit)");
     }
-    Fail::with_code(TATU_ERR_MEMORY, format!("the script has used up its {limit} bytes of memory"))
+    Fail::with_code(TATU_ERR_MEMORY, format!("the script has reached its memory limit of {limit} bytes"))
         .help("look for a table that grows in each step")
 }
 
@@ -157,7 +157,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
 /// Builds the message about a name that no plugin provides.
 fn unknown(message: &str, name: &str) -> String {
     if message.starts_with("attempt to index") {
-        return format!("there is no `{name}`: no plugin offers commands with this name");
+        return format!("`{name}` does not exist: no plugin provides commands with this name");
     }
     format!("there is no command `{name}`")
 }
@@ -189,7 +189,7 @@ fn with_traceback(fail: Fail, caught: Option<&Caught>) -> Fail {
     }
 }
 
-/// Strips leading `file:line: ` of known sources; the last one found is the position.
+/// Strips all leading `file:line: ` of known sources from a message; returns the last of them as the position.
 fn strip_positions<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8], Option<(String, u64)>) {
     let (mut text, mut place) = (text, None);
     'again: loop {
@@ -209,7 +209,7 @@ fn strip_positions<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8
     }
 }
 
-/// Splits "source:12: rest" into the line and the rest.
+/// Splits "source:12: rest" into the line number and the rest of the message.
 pub(crate) fn split_position<'a>(text: &'a [u8], source: &[u8]) -> Option<(u64, &'a [u8])> {
     if source.is_empty() {
         return None;

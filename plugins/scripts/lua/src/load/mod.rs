@@ -106,7 +106,7 @@ fn compile(s: &State, text: &[u8], chunk: &str) -> Result {
     }
 }
 
-/// Converts an error message of the compiler: "file:12: '=' expected near 'x'".
+/// Converts an error message of the compiler, such as "file:12: '=' expected near 'x'", to a failure with its position.
 fn syntax(message: &[u8], chunk: &str) -> Fail {
     // Lua shortens long names from the left.
     let tail = message.windows(2).position(|w| w[0] == b':' && w[1].is_ascii_digit()).unwrap_or(0);

@@ -150,8 +150,8 @@ unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Implements `between(from, to)` for preludes: returns the first name in the script's source that sorts at or after
-/// `from` and before `to`, byte by byte; nil if there is none.
+/// Implements `between(from, to)` for preludes: returns the first name in the script's source, in byte order, that is
+/// not less than `from` and is less than `to`; nil if there is no such name.
 unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
     let word = {
         let words = state::of(l).words.borrow();
@@ -168,7 +168,7 @@ unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Returns the script's kind: "child", "main", ...
+/// Returns the script's kind, such as "child" or "main".
 fn kind(s: &State) -> Vec<u8> {
     let kind = s.world().get(s.instance.owner, s.host.prop("script.kind"));
     kind.ok().and_then(|v| v.as_bytes().map(<[u8]>::to_vec)).unwrap_or_default()

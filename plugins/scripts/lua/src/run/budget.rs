@@ -1,5 +1,5 @@
-//! Instruction budget: a count hook that neither protected calls nor coroutines can bypass, and a meter in the state to
-//! which C code charges its loops (`lua_charges.h`).
+//! Instruction budget: a count hook that neither protected calls nor coroutines can bypass, and a meter in the Lua
+//! state to which C code charges its loops (`lua_charges.h`).
 
 use mlua_sys::*;
 
@@ -10,10 +10,10 @@ use crate::{
     state::{self, State, account::HOOK_INTERVAL},
 };
 
-/// Instructions charged for a new coroutine, because its hook starts a separate count.
+/// Instructions charged for a new coroutine, because its hook counts separately.
 const COROUTINE_COST: u64 = 500;
 
-/// Instructions charged per system call, per line of the log, and per opened file.
+/// Instructions charged per system call, per opened file, and per line of the log.
 pub(crate) const SYSTEM_CALL: u64 = 500;
 pub(crate) const OPENING: u64 = 5000;
 pub(crate) const LINE: u64 = 100;
@@ -40,7 +40,7 @@ pub(crate) fn remaining(s: &State) -> u64 {
     meter.limit.get().saturating_sub(meter.used.get()) / INSTRUCTION
 }
 
-/// Charges the work of a library function that can take long.
+/// Charges the work of a library function that can run for a long time.
 ///
 /// # Safety
 /// The calling C function must keep no value with a destructor alive, since this raises a Lua error when the budget is

@@ -42,7 +42,7 @@ fn first(style: Style) -> &'static [u8] {
     }
 }
 
-/// Returns the number of a callable, or 0 if there is none.
+/// Returns the number of a callable, or 0 if the script has no such callable.
 pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
     let (style, rules, over) = {
         let text = s.text.borrow();
@@ -81,7 +81,7 @@ pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
     }) + 1) as u32
 }
 
-/// Pushes the function of a callback; if there is none, pushes nil and returns false.
+/// Pushes the function of a callback; if the script does not define it, pushes nil and returns false.
 ///
 /// # Safety
 /// Must run in protected mode, since it may raise an error.
@@ -113,7 +113,7 @@ pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> 
     false
 }
 
-/// Pushes the function with a qualified name; if there is none, pushes a different value and returns false.
+/// Pushes the function with a qualified name. If there is no such function, pushes another value and returns false.
 unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
     luaL_checkstack(l, 4, std::ptr::null());
     lua_pushglobaltable(l);
@@ -133,8 +133,11 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
     let (how, name, style, rules, may_rerun) = {
         let text = s.text.borrow();
         let at = (callable as usize).wrapping_sub(1);
-        let (how, name) =
-            text.names.get(at).cloned().ok_or_else(|| Fail::with_code(TATU_ERR_GONE, "no such callable"))?;
+        let (how, name) = text
+            .names
+            .get(at)
+            .cloned()
+            .ok_or_else(|| Fail::with_code(TATU_ERR_GONE, "the script has no callable with this number"))?;
         (how, name, text.style, text.rules.clone(), text.may_rerun)
     };
     let name: &[u8] = &name;
@@ -168,7 +171,7 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
     });
     let begun = s.text.borrow().style != Style::NotRun;
     if style == Style::NotRun && !begun && result.is_err() && how == TATU_FIND_CALLBACK {
-        // The script failed: retain the callbacks defined so far, in particular `cleanup`.
+        // The script failed in its first run: retain the callbacks that it has defined so far, in particular `cleanup`.
         // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `rules` outlives the call.
         let _ = protect(s, &mut |l| unsafe {
             decide_style(l, s, rules, may_rerun);

@@ -1,7 +1,7 @@
 //! Binds commands, constants and namespaces to Lua names when a script first uses them.
 //!
-//! The globals and each namespace table (such as that of "gripper.") fall back to a cache table; if the cache lacks a
-//! name, the name is looked up in the host. The script's own tables are never changed.
+//! The globals and each namespace table (such as the table for "gripper.") fall back to a cache table. A name that the
+//! cache does not contain is looked up in the host. The script's own tables are never changed.
 
 use std::{mem::MaybeUninit, ptr::null_mut};
 
@@ -24,7 +24,7 @@ use crate::{
 /// Number of arguments that fit on the native stack.
 const ARGS: usize = 16;
 
-/// Flag in a command's upvalue: floats are passed without rounding, see `single`.
+/// Flag in a command's upvalue: floats are passed without rounding to 32 bits, even if `State::single` is set.
 const EXACT: i64 = 1 << 40;
 
 /// The target of a call.
@@ -130,7 +130,7 @@ unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
             reader.l,
             Fail::with_code(
                 TATU_ERR_SPACE,
-                format!("the call has {n} arguments, which exceed the world's memory for a single call"),
+                format!("the {n} arguments of the call exceed the world's memory for the values of a single call"),
             ),
         );
     }
@@ -138,7 +138,7 @@ unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
     memory.cast()
 }
 
-/// Completes a call that waits or has failed.
+/// Completes a call whose command waits or has failed.
 #[cold]
 unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_call, borrowed_before: u32) -> i32 {
     if s.borrowed.get() != borrowed_before {
@@ -153,7 +153,7 @@ unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_
 
 fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
     if status >= 0 {
-        return Fail::unsupported("this command waits, which is not possible in this context")
+        return Fail::unsupported("this command waits, but the calling code cannot be suspended")
             .help("call it from a thread callback or a coroutine, not inside a sort or a metamethod");
     }
     // SAFETY: `frame.error` belongs to the host, which keeps it valid until its next error; `read` copies it.
@@ -216,14 +216,14 @@ const MAX_UNRESOLVED: usize = 32;
 
 fn unresolved(s: &State, name: &[u8]) {
     let unresolved = &mut s.errors.borrow_mut().unresolved;
-    // Between the lookup of a function and its call, the names in its arguments may be looked up.
+    // More than one name is stored, because names in the arguments of a call are looked up after the function.
     if unresolved.len() == MAX_UNRESOLVED {
         unresolved.pop_front();
     }
     unresolved.push_back(name.to_vec());
 }
 
-/// Pushes the namespace table of the prefix at index `prefix`, which is always the same table.
+/// Pushes the namespace table of the prefix at index `prefix`. A prefix always has the same table.
 unsafe fn scope(l: *mut lua_State, prefix: i32) {
     registry(l, reg::SCOPES);
     lua_pushvalue(l, prefix);

@@ -36,7 +36,7 @@ impl Drop for Entry<'_> {
         self.s.mark.set(self.mark);
         self.s.depth.set(self.s.depth.get() - 1);
         if !self.done {
-            // A panic unwound through Lua's frames: the state is no longer consistent.
+            // A panic has unwound through Lua's frames, so the state is no longer consistent.
             self.s.broken.set(true);
         }
     }

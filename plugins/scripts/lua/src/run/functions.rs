@@ -11,8 +11,8 @@ use crate::{
 /// First id of a kept function; lower ids belong to borrowed functions.
 const KEPT: u32 = 1 << 31;
 
-/// Registers the function at `idx` as borrowed; the returned id is valid until `release_borrowed_since` with a lower
-/// id.
+/// Registers the function at `idx` as borrowed. The returned id is valid until `release_borrowed_since` is called with
+/// a lower id.
 ///
 /// # Safety
 /// The stack must have two free slots. May raise a Lua error.
@@ -72,7 +72,7 @@ pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     }
 }
 
-/// Pushes the function with the given id, or nil if there is none.
+/// Pushes the function with the given id, or nil if there is no such function.
 pub(super) unsafe fn look(l: *mut lua_State, local: u32) {
     registry(l, if local >= KEPT { reg::KEPT } else { reg::BORROWED });
     lua_rawgeti(l, -1, i64::from(local & !KEPT));
@@ -102,7 +102,7 @@ pub(crate) fn keep(s: &State, local: u32) -> u32 {
     if done.is_err() { 0 } else { id }
 }
 
-/// Releases a kept function.
+/// Releases a kept function, so that it can be collected; borrowed functions are ignored.
 pub(crate) fn drop(s: &State, local: u32) {
     if local < KEPT {
         return;

@@ -39,7 +39,7 @@ pub(crate) unsafe fn restart(l: *mut lua_State) {
     lua_internals::defer_gc(l, THRESHOLD_KIB);
 }
 
-/// Counts a call, and runs a collection if one is due. Different scripts collect in different steps.
+/// Counts a call, and runs a collection if one is due. The collections of different scripts fall into different steps.
 ///
 /// # Safety
 /// Must run in protected mode, in the outermost call.

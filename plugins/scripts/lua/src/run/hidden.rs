@@ -40,7 +40,7 @@ pub(crate) fn tell(script: &State, world: &World<'_>) {
         }
         let text = format!(
             "Lua scripts cannot call the command `{name}`, because Lua itself defines `{first}`; rename the command, \
-             with a namespace such as `mine.name` (`tatu describe {name}` shows which plugin offers it)"
+             with a namespace such as `mine.name` (`tatu describe {name}` shows which plugin provides it)"
         );
         world.log(TATU_LOG_WARNING, text.as_bytes());
         told.names.insert(name);
@@ -49,7 +49,7 @@ pub(crate) fn tell(script: &State, world: &World<'_>) {
 
 /// Returns whether Lua itself defines a global with this name.
 fn is_global(script: &State, name: &[u8]) -> bool {
-    // No global of Lua has a longer name, and a short string is pushed without copying it to a new block.
+    // No global of Lua has a name longer than this, and short strings do not need much memory.
     if name.len() > 20 {
         return false;
     }

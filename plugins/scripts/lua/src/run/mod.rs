@@ -1,4 +1,4 @@
-//! Running scripts: calls from the host, calls to the host, and their limits.
+//! Runs scripts: calls from the host, calls to the host, and their limits.
 //!
 //! - `callbacks`, `threads`: the functions that the host calls; `entry`: the common part of such calls;
 //! - `commands`: functions of the host that scripts call; `hidden`: commands that scripts cannot call;

@@ -1,6 +1,7 @@
-//! Coroutines of the plugin, which run the callback "thread", and the end of waits.
+//! Runs the callback "thread" in coroutines of the plugin, and handles the end of waits.
 //!
-//! The host reports the end of a wait by its token. The plugin's own coroutines are then resumed immediately.
+//! The host reports the end of a wait by the token of the wait. The plugin's own coroutines are then resumed
+//! immediately.
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
@@ -35,7 +36,7 @@ pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) 
     run_coroutine(l, s, function + 1, n, frame)
 }
 
-/// Ends the wait with a token, and resumes its coroutine if it belongs to the plugin.
+/// Ends the wait with this token, and resumes the waiting coroutine if it belongs to the plugin.
 pub(crate) fn resume(
     s: &State,
     token: u64,
@@ -123,7 +124,7 @@ unsafe fn run_coroutine(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *m
         lua_closethread(thread, l);
         errors::raise(
             l,
-            Fail::with_code(TATU_ERR_SCRIPT, "the thread called coroutine.yield, but no code would resume it")
+            Fail::with_code(TATU_ERR_SCRIPT, "the thread function called coroutine.yield, but no code would resume it")
                 .help("use a command that waits, such as one that waits for the next step"),
         );
     }

@@ -14,7 +14,8 @@ pub(crate) fn traits(s: &State) -> u32 {
     if text.rules.style == Some(Style::Thread) { modern | TATU_SCRIPT_THREADED } else { modern }
 }
 
-/// Returns the `TATU_ORDER_*` value for a dialect: that of the latest listed version that is not newer than it.
+/// Returns the `TATU_ORDER_*` value for a dialect: the value of the latest listed version that is not newer than the
+/// dialect.
 pub(crate) fn order(s: &State, dialect: &str, modern: bool) -> u32 {
     let rules = s.text.borrow().rules.clone();
     let counts_as = if modern { &rules.new_dialect } else { &rules.old_dialect };

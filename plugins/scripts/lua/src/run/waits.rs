@@ -53,5 +53,5 @@ unsafe extern "C-unwind" fn continue_wait(l: *mut lua_State, _: i32, token: lua_
 
 unsafe fn failed(l: *mut lua_State, s: &State, token: u64) -> i32 {
     let fail = s.failed.borrow_mut().remove(&token);
-    errors::raise(l, fail.unwrap_or_else(|| Fail::new("the wait failed")))
+    errors::raise(l, fail.unwrap_or_else(|| Fail::new("the command that waited has failed")))
 }

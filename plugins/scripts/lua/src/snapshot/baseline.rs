@@ -1,5 +1,5 @@
-//! List of the objects that existed before a script ran. The order of the list is the same in every state that was
-//! created in the same way, so that an index identifies an object.
+//! Lists the objects that existed before a script ran. The order of the list is the same in every state that was
+//! created in the same way, so an index identifies an object.
 
 use std::{
     collections::HashSet,
@@ -30,7 +30,7 @@ impl Hasher for Address {
     }
 }
 
-/// Creates the list; must be called after the script is loaded and before it runs.
+/// Creates the list. Must be called after the script has been loaded and before it runs.
 pub(crate) fn record(s: &State) -> Result {
     let mut seen = Seen::with_capacity_and_hasher(512, BuildHasherDefault::default());
     // SAFETY: `protect` calls the closure with a live thread in protected mode; `seen` belongs to this function, so a
@@ -64,7 +64,7 @@ unsafe fn add(l: *mut lua_State, idx: i32, seen: &mut Seen) {
     }
 }
 
-/// Adds the objects to which the one on top of the stack refers.
+/// Adds the objects to which the object on top of the stack refers.
 unsafe fn add_references(l: *mut lua_State, seen: &mut Seen) {
     let top = lua_gettop(l);
     match lua_type(l, top) {

@@ -30,7 +30,7 @@ pub(super) enum Node {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Table {
     pub array: Vec<Val>,
-    /// Lua's limit of the array part, which is often its size.
+    /// Lua's field `alimit`, which is the size of the array part unless `is_hint` is set.
     pub limit: u32,
     /// Whether `limit` is only a hint for the length operator.
     pub is_hint: bool,
@@ -101,7 +101,7 @@ pub(super) struct Image {
     pub strings: Vec<Vec<u8>>,
     /// Sources that the script loaded: chunk name and source.
     pub texts: Vec<(Vec<u8>, Vec<u8>)>,
-    /// Objects, and the numbers shown instead of their addresses.
+    /// Objects, with the numbers that scripts are shown instead of the addresses.
     pub numbers: Vec<(u32, i64)>,
     pub plugin_data: PluginData,
 }

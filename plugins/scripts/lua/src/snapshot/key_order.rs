@@ -1,9 +1,9 @@
 //! Restores the order of keys in a table.
 //!
 //! Lua inserts a key at its main position or, if that is occupied by a key with the same main position, at the last
-//! free node. Therefore, the keys that were at their main position are inserted into a new table of the same size
-//! first, then the others from the last node to the first. Dead keys also occupy nodes: they are inserted with a value,
-//! which is removed at the end, when every node is verified.
+//! free node. Therefore, keys that were at their main position are inserted first into a new table of the same size,
+//! followed by all other keys, from the last node to the first. Dead keys also occupy nodes: they are inserted with a
+//! value, which is removed at the end, when every node is verified.
 
 use mlua_sys::*;
 
@@ -26,7 +26,7 @@ fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     })
 }
 
-/// Returns a string whose main position in a table of `n` nodes is `place`, to replace a collected key.
+/// Returns a string that replaces a collected key: its main position in a table of `n` nodes is `place`.
 fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     loop {
         *count += 1;

@@ -7,8 +7,8 @@
 //!
 //! - `image`: the saved data;
 //! - `baseline`: the objects that existed before the script ran;
-//! - `save`: saves a state; `restore`: restores one; `key_order`: restores the order of keys;
-//! - `transfer`: transfers plain data to a state with a changed text.
+//! - `save`: saves a state; `restore`: restores a state; `key_order`: restores the order of keys;
+//! - `transfer`: transfers plain data to a script whose source has changed.
 //!
 //! The order in which `pairs` visits keys is part of the state: every key returns to its node. Suspended coroutines,
 //! open files, weak tables and tables with object keys cannot be restored. A snapshot of a script with one of these
@@ -121,7 +121,7 @@ fn transfer(s: &State, image: Image) -> Result<()> {
     transfer.refused.map_or(Ok(()), |why| Err(Fail::unsupported(why)))
 }
 
-/// Returns the hash of the code of the script's source; 0 if it has none.
+/// Returns the hash of the bytecode of the script's source, or 0 if no source is loaded.
 ///
 /// # Safety
 /// Must run in protected mode, since it may raise an error.

@@ -17,7 +17,7 @@ use crate::{
     state::State,
 };
 
-/// Stack layout, as in `save`; the table that is being filled is above.
+/// Stack slots, as in `save`; the table that is being filled is above these.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 
@@ -173,7 +173,7 @@ impl Restorer {
         true
     }
 
-    /// Pushes a function of one of the sources. Its bytecode comes from the compiler, not from the image.
+    /// Pushes a function of one of the sources. Its bytecode was produced by the compiler, never read from the image.
     unsafe fn make_function(&self, l: *mut lua_State, piece: FunctionRef, cells: i32) -> bool {
         let text = self.pieces.get(piece.text as usize);
         let Some(code) = text.and_then(|t| t.get(piece.function as usize)) else { return false };

@@ -29,7 +29,7 @@ enum Step {
     AsKey,
 }
 
-/// Stack layout: the list of objects, each at its index plus one; below, the list of objects that existed before the
+/// Stack slots of the list of objects, each at its index plus one, and of the list of objects that existed before the
 /// script ran.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
@@ -115,7 +115,7 @@ impl Saver {
         }
     }
 
-    /// Indexes the objects that existed before the script ran, and the functions of all texts.
+    /// Indexes the objects that existed before the script ran, and the functions of all sources.
     unsafe fn prepare(&mut self, l: *mut lua_State, s: &State) {
         for k in 0..lua_rawlen(l, BASELINE) {
             lua_rawgeti(l, BASELINE, k as i64 + 1);
@@ -149,8 +149,8 @@ impl Saver {
         self.baseline.get(&(lua_topointer(l, idx) as usize)).copied()
     }
 
-    /// Saves other data than reachable objects: the numbers shown instead of addresses. Reports waits, which cannot be
-    /// saved.
+    /// Saves the data that is not reachable from objects: the numbers shown instead of addresses. Refuses to save
+    /// waits.
     unsafe fn rest(&mut self, l: *mut lua_State) {
         let waits =
             [(reg::THREADS, "its thread function is waiting"), (reg::WAITS, "one of its coroutines is waiting")];
@@ -198,7 +198,7 @@ impl Saver {
         number
     }
 
-    /// Queues the object on top of the stack for description, and returns its index.
+    /// Queues the object on top of the stack for description, and returns a reference to it.
     unsafe fn object(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
         let pointer = lua_topointer(l, -1) as usize;
         if let Some(known) = self.ids.get(&pointer) {

@@ -7,15 +7,15 @@ use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
 
 use crate::lua_internals::{self, INSTRUCTION, Meter};
 
-/// Number of instructions between two runs of the hook. The main cost is that a hook exists; running it more often adds
-/// little.
+/// Number of instructions between two runs of the hook. Most of the cost arises from the existence of a hook; running
+/// it more often adds little.
 pub(crate) const HOOK_INTERVAL: u64 = 1000;
 
 /// Budget of the running call. All numbers are in units, see `lua_internals`.
 pub(crate) struct Account {
     /// The counter in Lua's own memory.
     meter: Cell<*const Meter>,
-    /// The counter that is used if the one in Lua is not accessible.
+    /// The counter that is used if the counter in Lua's memory is not accessible.
     own: Meter,
     /// The part of the used units that nested calls have already reported.
     reported: Cell<u64>,
@@ -28,7 +28,7 @@ pub(crate) struct Account {
     pub place: RefCell<Option<(String, u64)>>,
 }
 
-/// Budget of the surrounding call, restored when the nested one ends.
+/// Budget of the surrounding call, which is restored when the nested call ends.
 #[derive(Clone, Copy)]
 pub(crate) struct Outer {
     used: u64,
@@ -95,7 +95,7 @@ impl Account {
         meter.limit.set(outer.limit);
         own / INSTRUCTION
     }
-    /// Returns the error of a script that has exhausted its budget, if it has.
+    /// Returns the error to report if the script has exhausted its budget.
     pub(crate) fn refusal(&self) -> Option<Fail> {
         self.exhausted.get().then(|| {
             let fail = Fail::with_code(TATU_ERR_BUDGET, self.message())
@@ -127,6 +127,6 @@ impl Account {
         self.exhausted.get()
     }
     fn message(&self) -> String {
-        format!("the script has used up its {} instructions for a call", self.spent.get())
+        format!("the script has used up its {} instructions for a single call", self.spent.get())
     }
 }

@@ -17,7 +17,7 @@ pub(crate) struct Commands {
 }
 
 impl Commands {
-    /// Returns the functions of the host, or `None` if it lacks one of them.
+    /// Returns the functions of the host, or `None` if the host lacks one of them.
     pub fn of(host: &Host) -> Option<Commands> {
         let t = host.commands_table()?;
         Some(Commands {

@@ -40,8 +40,8 @@ impl FieldNames {
         self.0.iter().any(|(of, _, _)| of == callback)
     }
 
-    /// Replaces the table at index `at` with a copy with renamed fields, because the table itself may belong to the
-    /// script; leaves any other value unchanged.
+    /// Replaces the table at index `at` with a copy in which fields are renamed, because the table itself may belong to
+    /// the script. Any other value at `at` remains unchanged.
     ///
     /// # Safety
     /// Must run in protected mode; `at` must be a positive stack index.

@@ -1,4 +1,4 @@
-//! Open files of a script, stored outside the Lua state, so that they are closed regardless of how it is destroyed.
+//! Open files of a script. They are stored outside the Lua state, so they are closed however the state is destroyed.
 
 use std::{
     fs::File,
@@ -8,10 +8,10 @@ use std::{
 use tatu_plugin_api::abi::*;
 
 const BLOCK: usize = 8 << 10;
-/// Maximum number of bytes per result.
+/// Maximum number of bytes that a read returns.
 const MOST: usize = crate::alloc::SLOT_BYTES;
 
-/// Open files by number.
+/// Open files, by the number that Lua userdata stores.
 #[derive(Default)]
 pub(crate) struct Files(Vec<Option<Open>>);
 
@@ -29,7 +29,7 @@ impl Files {
             }
         }
     }
-    /// Returns the file with a number.
+    /// Returns the open file with this number, if any.
     pub(crate) fn get(&mut self, number: usize) -> Option<&mut Open> {
         self.0.get_mut(number)?.as_mut()
     }
@@ -42,12 +42,12 @@ impl Files {
     }
 }
 
-/// An open file.
+/// An open file, with its buffers.
 pub(crate) struct Open {
     file: File,
     /// Written bytes that have not been flushed yet.
     unwritten: Vec<u8>,
-    /// Read buffer; below, the number of its bytes that have been consumed.
+    /// Read buffer, and the number of its bytes that have been consumed.
     ahead: Vec<u8>,
     at: usize,
     /// The result of the last read.

@@ -29,7 +29,7 @@ use text::Text;
 
 /// State of a script. Its address is stable, because every Lua thread stores it in its extra space.
 pub(crate) struct State {
-    /// The main thread.
+    /// The main thread of the Lua state.
     pub main: *mut lua_State,
     /// The running thread, which also runs nested calls.
     pub running: Cell<*mut lua_State>,
@@ -40,7 +40,7 @@ pub(crate) struct State {
     pub time: Prop,
     /// The start date of the run.
     pub epoch: Prop,
-    /// Whether the state was restored, and the warning about the order of keys has not been logged since.
+    /// Whether the state has been restored and the warning about the order of keys has not been logged since then.
     pub restored: Cell<bool>,
     /// Number of calls from the host.
     pub entries: Cell<u64>,
@@ -51,10 +51,10 @@ pub(crate) struct State {
     /// The generation of the host's commands for which the name caches are valid.
     pub generation: Cell<u64>,
     pub budget: Account,
-    /// The last token issued; below, the thread of the last wait.
+    /// The last token issued, and the token and thread of the last wait.
     pub token: Cell<u64>,
     pub waiting: Cell<(u64, *mut lua_State)>,
-    /// The last id of a borrowed function; below, that of a kept function.
+    /// The last id of a borrowed function; the last such id that has been released; and the last id of a kept function.
     pub borrowed: Cell<u32>,
     pub returned: Cell<u32>,
     pub kept: Cell<u32>,
@@ -103,7 +103,7 @@ impl State {
     pub(crate) fn world_ref(&self) -> WorldRef<'_> {
         self.world().raw()
     }
-    /// Writes a log line.
+    /// Writes a line to the world's log, at a `TATU_LOG_*` level.
     pub(crate) fn log(&self, level: u32, text: &[u8]) {
         self.world().log(level, text);
     }

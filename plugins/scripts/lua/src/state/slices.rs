@@ -6,7 +6,7 @@ use mlua_sys::lua_State;
 
 use super::account::HOOK_INTERVAL;
 
-/// Instructions per millisecond.
+/// Number of instructions that correspond to a millisecond of a time slice in the original.
 pub(crate) const PER_MS: f64 = 20_000.0;
 /// Default slice length, in instructions: 2 ms.
 const DEFAULT: u64 = 40_000;
@@ -19,7 +19,7 @@ pub(crate) struct Slices {
     pub length: Cell<u64>,
     /// Instructions used in the current slice.
     pub used: Cell<u64>,
-    /// The plugin's coroutine that is running, or null if none is.
+    /// The running coroutine of the plugin, or null if no such coroutine is running.
     pub own: Cell<*mut lua_State>,
 }
 

@@ -39,13 +39,13 @@ pub(crate) struct Rules {
     pub api: Vec<Vec<u8>>,
     /// The dialect inferred from the source.
     pub dialect: Option<String>,
-    /// Dialect of old scripts in worlds that do not specify a dialect; below, that of modern scripts.
+    /// Dialects of old and of modern scripts in worlds that do not specify a dialect.
     pub old_dialect: Option<String>,
     pub new_dialect: Option<String>,
     /// The command that waits for the next step.
     pub switch: Vec<u8>,
     pub single: bool,
-    /// An API's names for fields of callback arguments; below, those for fields of callback results.
+    /// An API's names for fields of callback arguments and of callback results.
     pub argument_names: FieldNames,
     pub result_names: FieldNames,
     /// Script orders by dialect: (first version, order), oldest first.
@@ -53,12 +53,12 @@ pub(crate) struct Rules {
 }
 
 impl Rules {
-    /// Returns advice for a known module that no plugin provides, or `None` if the module is unknown. "arm-2" and
+    /// Returns advice about a known module that no plugin provides, or `None` if the module is unknown. "arm-2" and
     /// "arm.tools" belong to the module "arm".
     pub fn advice(&self, module: &[u8]) -> Option<Cow<'_, str>> {
         let root = module.split(|b| b"-.".contains(b)).next().unwrap_or_default();
         self.missing_modules.iter().find_map(|m| match m.strip_prefix(root)? {
-            [] => Some("`tatu list commands` shows what plugins offer".into()),
+            [] => Some("`tatu list commands` shows what plugins provide".into()),
             rest => rest.strip_prefix(b": ").map(String::from_utf8_lossy),
         })
     }

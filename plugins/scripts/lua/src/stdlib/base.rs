@@ -28,7 +28,7 @@ unsafe fn original(l: *mut lua_State, name: &std::ffi::CStr, which: usize) {
     lua_pop(l, 1);
 }
 
-/// Replaces the C functions without upvalues in the table on top of the stack with closures that have one.
+/// Replaces each C function without upvalues in the table on top of the stack with a closure that has an upvalue.
 pub(super) unsafe fn add_upvalues(l: *mut lua_State) {
     lua_pushnil(l);
     while lua_next(l, -2) != 0 {
@@ -132,7 +132,7 @@ unsafe extern "C-unwind" fn pairs(l: *mut lua_State) -> i32 {
 }
 
 /// Warns once if a restored script traverses a table whose order depends on addresses. Such a table was created after
-/// the restore, when addresses differ from those in the run that saved the snapshot.
+/// the restore, so its addresses can differ from those in the run that saved the snapshot.
 ///
 /// # Safety
 /// The state must have been restored, and `idx` must be a valid index.
@@ -185,7 +185,7 @@ unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     state::of(l).originals.call(l, LOAD)
 }
 
-/// Implements `setmetatable` without finalizers, because they would run whenever the collector chooses, outside any
+/// Implements `setmetatable` without finalizers. Finalizers would run when the collector decides, outside of any
 /// budget.
 unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
     luaL_checktype(l, 1, LUA_TTABLE);
@@ -239,7 +239,8 @@ unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Implements `xpcall`. Once the budget is exhausted, the script's handler is not called, as it would be unlimited.
+/// Implements `xpcall`. Once the budget is exhausted, the script's handler is not called, because no limit would apply
+/// to it.
 unsafe extern "C-unwind" fn xpcall(l: *mut lua_State) -> i32 {
     let n = lua_gettop(l);
     luaL_checktype(l, 2, LUA_TFUNCTION);

@@ -60,7 +60,7 @@ string.rep = truncating(string.rep, 2)
 string.sub = truncating(string.sub, 2)
 string.byte = truncating(string.byte, 2)
 
--- In Lua 5.1, all numbers were floats, so the remainder of a division by 0 is NaN, not an error.
+-- In Lua 5.1, all numbers were floats, so the remainder of a division by 0 was NaN instead of an error.
 local fmod = math.fmod
 function math.fmod(x, y)
   if tonumber(y) == 0 and tonumber(x) then return 0 / 0 end
@@ -68,7 +68,7 @@ function math.fmod(x, y)
 end
 math.mod = math.fmod
 
--- In Lua 5.1, positions outside the list were not errors.
+-- In Lua 5.1, positions outside of the list did not raise errors.
 local insert, remove = table.insert, table.remove
 function table.insert(t, ...)
   local at, value = ...

@@ -64,7 +64,8 @@ unsafe fn function_of(l: *mut lua_State) {
     lua_getinfo(l, c"f".as_ptr(), &mut ar);
 }
 
-/// Returns the index of the upvalue with the globals of the function on top of the stack, or 0 if it has none.
+/// Returns the index of the upvalue that contains the globals of the function on top of the stack, or 0 if the function
+/// has no such upvalue.
 unsafe fn environment(l: *mut lua_State) -> i32 {
     for n in 1..=255 {
         let name = lua_getupvalue(l, -1, n);

@@ -16,7 +16,7 @@ use crate::{
     values::to_text,
 };
 
-/// Value in the userdata of a closed file; below, those of the log, and of the first open file.
+/// Values in the userdata of a file: a closed file, the log, and the first open file.
 const CLOSED: usize = 0;
 const CONSOLE: usize = 1;
 const FIRST: usize = 2;
@@ -79,7 +79,7 @@ unsafe fn place(l: *mut lua_State, idx: i32) -> *mut usize {
     if same { data } else { std::ptr::null_mut() }
 }
 
-/// Returns the number of the open file at `idx`; raises an error if there is none.
+/// Returns the number of the open file at `idx`. Raises an error if the value is not an open file.
 unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
     let place = place(l, idx);
     if place.is_null() {
@@ -347,7 +347,7 @@ fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<b
     }))
 }
 
-/// Charges the bytes that were read, and part of the cost of a system call.
+/// Charges the bytes that were read, and a share of the cost of the system call that filled the buffer.
 unsafe fn charge_out(l: *mut lua_State, s: &State, number: usize) {
     let bytes = s.files.borrow_mut().get(number).map_or(0, |file| file.out.len()) as u64;
     budget::charge_units(l, bytes * BYTE / 4 + INSTRUCTION);

@@ -1,7 +1,7 @@
 //! The standard library of scripts: permitted functions of Lua, and replacements for the others.
 //!
-//! Every C function is registered with an upvalue. Without an upvalue, it would be a bare code address, which differs
-//! between runs, and would affect the order of such functions as table keys.
+//! Every C function is registered with an upvalue. Without an upvalue, a function would be represented by its code
+//! address, which differs between runs and would affect the order of functions that are table keys.
 
 mod base;
 pub(crate) mod compat;

@@ -47,8 +47,8 @@ fn read(s: &State, name: &[u8]) -> bool {
     done
 }
 
-/// Maximum number of sources that are stored for snapshots, because a script may load a new one in each step; below,
-/// the maximum of their total size.
+/// Maximum number, and maximum total size in bytes, of sources that are stored for snapshots. Without limits, a script
+/// that loads a new source in each step would use up the memory.
 const TEXTS: usize = 64;
 const TEXT_BYTES: usize = 1 << 20;
 
@@ -64,7 +64,7 @@ pub(crate) fn remember(s: &State, name: &[u8], text: &[u8]) {
     }
 }
 
-/// Compiles the file named at `idx`: pushes a function, or nil and the reason.
+/// Compiles the file whose name is at `idx`. Pushes a function, or nil and the reason for the failure.
 unsafe fn compile(l: *mut lua_State, idx: i32) -> bool {
     let s = state::of(l);
     budget::charge(l, budget::OPENING);
@@ -154,8 +154,7 @@ unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Pushes into slot 3 what a module name refers to: the chunk of a plugin's module, a namespace, or the chunk of a
-/// file.
+/// Stores in slot 3 what a module name refers to: the chunk of a plugin's module, a namespace, or the chunk of a file.
 unsafe fn find(l: *mut lua_State) -> bool {
     let s = state::of(l);
     budget::charge_units(l, lua_rawlen(l, 1) as u64 * BYTE);
@@ -199,7 +198,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
             lua_error(l); // the file exists, but cannot be compiled
         }
     }
-    // Files take precedence, so that a user's module may have the name of a plugin's module.
+    // Files take precedence, so a user's module can have the same name as a plugin's module.
     lua_settop(l, 2);
     let module = bytes(l, 1);
     let exact = preludes(s).find(|(name, _)| !name.is_empty() && *name == module);

@@ -31,7 +31,7 @@ pub(crate) enum Capture {
     Part(usize, usize),
 }
 
-/// State of a match. It is plain data without a destructor, because a Lua error may jump over it.
+/// State of a match. It is plain data without a destructor, because a Lua error may skip destructors.
 pub(crate) struct Matcher<'a> {
     src: &'a [u8],
     pat: &'a [u8],
@@ -55,7 +55,7 @@ impl<'a> Matcher<'a> {
         (self.level, self.depth) = (0, 0);
         self.go(s, 0)
     }
-    /// Returns the number of captures; if there are none and `whole` is set, the whole match counts as a capture.
+    /// Returns the number of captures. If the pattern has no captures and `whole` is set, the whole match is a capture.
     pub(crate) fn count(&self, whole: bool) -> usize {
         if self.level == 0 && whole { 1 } else { self.level }
     }
@@ -149,8 +149,7 @@ impl<'a> Matcher<'a> {
         self.steps_of(1)
     }
 
-    /// Counts the steps for matching a byte against a class of `bytes` bytes, which is searched for each byte of the
-    /// subject.
+    /// Counts the steps for matching a byte of the subject against a class that occupies `bytes` bytes of the pattern.
     fn class_steps(&mut self, bytes: usize) -> Result<(), Fault> {
         self.steps_of(bytes as u64 / 4)
     }

@@ -34,7 +34,7 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
         install(l, luaopen_io, c"popen", c"io");
     }
     if native {
-        // Lua's `package` replaces `require`; restore this plugin's.
+        // Lua's library `package` replaces `require`, so restore the `require` of this plugin.
         lua_getglobal(l, c"require".as_ptr());
         lua_pushcclosure(l, luaopen_package, 0);
         lua_call(l, 0, 1);

@@ -22,7 +22,7 @@ pub(crate) unsafe extern "C-unwind" fn sort(l: *mut lua_State) -> i32 {
     0
 }
 
-/// Returns whether the value at `a` sorts before the one at `b`; both indices are relative to the top of the stack.
+/// Returns whether the value at `a` sorts before the value at `b`; both indices are relative to the top of the stack.
 unsafe fn before(l: *mut lua_State, a: i32, b: i32) -> bool {
     if lua_type(l, 2) == LUA_TNIL {
         return lua_compare(l, a, b, LUA_OPLT) != 0;
@@ -87,7 +87,7 @@ unsafe fn quick(l: *mut lua_State, mut lo: i64, mut up: i64, mut turn: i64) {
         if up - lo == 1 {
             return;
         }
-        // The pivot is the middle element, or in large unbalanced ranges, an element near it.
+        // The pivot is the middle element or, in large unbalanced ranges, an element near the middle.
         let quarter = (up - lo) / 4;
         let mut p = if up - lo < 100 || turn == 0 { (lo + up) / 2 } else { turn % (quarter * 2) + lo + quarter };
         lua_geti(l, 1, p);

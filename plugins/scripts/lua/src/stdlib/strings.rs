@@ -26,7 +26,7 @@ fn matcher<'a>(s: &State, src: &'a [u8], pat: &'a [u8]) -> Matcher<'a> {
     Matcher::new(src, pat, budget::remaining(s).saturating_mul(STEPS))
 }
 
-/// Charges the steps since the last call.
+/// Charges the matcher's steps since the last call.
 unsafe fn charge(l: *mut lua_State, m: &mut Matcher<'_>) {
     let steps = std::mem::take(&mut m.steps);
     budget::charge(l, steps / STEPS);
@@ -127,7 +127,8 @@ pub(crate) unsafe extern "C-unwind" fn match_(l: *mut lua_State) -> i32 {
     search(l, false)
 }
 
-/// Returns an iterator with the upvalues subject, pattern, next position, and end of the last match (-1 if none).
+/// Returns an iterator with these upvalues: subject, pattern, next position, and end of the last match, which is -1
+/// before the first match.
 pub(crate) unsafe extern "C-unwind" fn gmatch(l: *mut lua_State) -> i32 {
     let (src, pat) = (arg(l, 1), arg(l, 2));
     budget::charge_units(l, pat.len() as u64 * BYTE);

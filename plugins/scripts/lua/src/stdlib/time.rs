@@ -1,5 +1,5 @@
-//! The library `os`: date and time of the run (simulation time, unless it runs in real time). It does not query the
-//! operating system.
+//! The library `os`: date and time of the run, which are derived from simulation time unless the run is in real time.
+//! The library does not query the operating system.
 
 use std::fmt::Write;
 

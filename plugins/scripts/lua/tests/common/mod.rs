@@ -348,7 +348,7 @@ impl Host {
         let mut error = Error::new();
         unsafe {
             assert_eq!(p.init.unwrap()(&h.table, &mut me, &mut error.raw), TATU_OK);
-            // Remove the plugin's panic hook, which sends panics to the log, so that tests print them.
+            // The plugin's panic hook sends panics to the log. Remove it, so that failing tests print them.
             drop(std::panic::take_hook());
             h.plugin.set(me);
             let ext = p.extension.unwrap()(me, TATU_SCRIPT.as_ptr()).cast::<tatu_ext_script>();

@@ -75,7 +75,7 @@ fn what_is_too_near_reads_as_nothing() {
 
 #[test]
 fn presets_have_the_beams_of_their_sheets() {
-    // Device, beams and step in degrees, from the data sheets named in the presets' texts: beams = field / step + 1.
+    // Preset, number of beams and step in degrees, from the sources that the presets cite: beams = field / step + 1.
     let sheets = [
         ("hokuyo_urg_04lx", 682, 360.0 / 1024.0),
         ("hokuyo_utm_30lx", 1081, 0.25),

@@ -1,40 +1,42 @@
-//! Requests of a client.
+//! Requests from a client.
 
 use serde::Deserialize;
 use serde_json::{Map, Value as Json};
 
 /// A request to the program.
-// In Rust the variant encloses its fields, so that an error can name the field; on the wire it is the key `type`.
+// The JSON has the variant in the key `type`, but `read` converts it to an externally tagged enum before deserializing,
+// because only then can an error name the invalid field.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(tag = "type"))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum FromPage {
-    /// Starts, pauses, stops, steps or quits, as the buttons of the page do.
+    /// Starts, pauses, stops or steps the simulation, or quits the program.
     Run { action: Action },
-    /// Sets the speed as a multiple of real time; 0: as fast as possible.
+    /// Sets the speed of the simulation as a multiple of real time; 0: as fast as possible.
     Speed { speed: f64 },
-    /// Presses a key: a character or a name such as `up`.
+    /// Passes a pressed key to the simulation: a character, or a name such as `up`.
     Key { key: String },
-    /// Sends a part of a file, in base64; the answer to the last one is the name of the file for commands.
+    /// Sends a part of a dropped file, in base64. The answer to the last part is the path by which commands open the
+    /// file.
     Drop {
         id: u32,
         file: String,
         part: String,
         last: bool,
-        /// The folder for the file, as returned by `folder`.
+        /// The folder for the file: the answer to a `folder` request. Without it, the file is a single one.
         #[serde(default)]
         #[cfg_attr(test, ts(optional))]
         folder: Option<String>,
     },
-    /// Creates a folder for files sent later; the answer is its name.
+    /// Creates a folder for several dropped files. The answer is its path.
     Folder { id: u32, name: String },
-    /// Replaces the text of a script if it still has the version from which the new text was written.
+    /// Replaces the source of a script, unless another client has changed it since `version`.
     SaveScript { id: u32, script: u32, text: String, version: u32 },
-    /// Opens a scene of the gallery, or as `tatu.open` does.
+    /// Opens a scene of the gallery, or any file that the command `tatu.open` accepts.
     Open { id: u32, file: String },
-    /// Stores a picture of a recent scene: a PNG in base64.
+    /// Stores a picture of a recent scene, a PNG in base64.
     Picture { scene: String, png: String },
-    /// Calls a command.
+    /// Calls a command. The answer is its results.
     Call {
         id: u32,
         name: String,
@@ -45,19 +47,20 @@ pub(crate) enum FromPage {
     Details { object: u32 },
     /// Requests the source of a script.
     Script { script: u32 },
-    /// Requests the custom data of an object; 0: of the scene.
+    /// Requests the custom data of an object, or of the scene if `object` is 0.
     Data { object: u32 },
-    /// Requests the images of these sensors from now on.
+    /// Requests the images of these sensors from now on, instead of those requested before.
     Images { objects: Vec<u32> },
-    /// Requests the streams of these graphs from now on.
+    /// Requests the streams of these graphs from now on, instead of those requested before.
     Graphs { objects: Vec<u32> },
-    /// Requests the values of properties and fields of readings in each step from now on. The samples repeat `of`.
+    /// Requests the values of properties and of fields of readings in each step from now on, instead of those requested
+    /// before. Messages with the values repeat `of`.
     Watch { of: u32, values: Vec<Watched> },
-    /// Requests data for overlays from now on: contacts, and the centres of mass and velocities of bodies.
+    /// Requests data for overlays from now on: contacts, and the masses, inertias and velocities of bodies.
     Overlays { contacts: bool, bodies: bool },
-    /// Starts a film, from the next start of the simulation or, during a run, immediately; or ends it. The answer to
-    /// the latter is the film as a page in base64, or null if nothing ran, and the time at which it became too large,
-    /// or null.
+    /// If `on` is set, starts a film at the next start of the simulation, or immediately during a run. Otherwise ends
+    /// the film; the answer is the film as a page in base64, or null if the simulation has not run, and the simulation
+    /// time at which the film became too large, or null.
     Film { id: u32, on: bool },
     /// Requests the list of all commands.
     Commands {},
@@ -65,7 +68,7 @@ pub(crate) enum FromPage {
     Files {},
 }
 
-/// A watched value of an object: the key of a property, or the name of a field of its readings.
+/// A watched value of an object: a property, or a field of its readings.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
@@ -86,15 +89,17 @@ pub(crate) enum Action {
     Quit,
 }
 
-/// The reason for refusing a request, and the number of the call, if it is one.
+/// A request that could not be parsed.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Refused {
+    /// The error message.
     pub(crate) text: String,
+    /// The `id` of the request, if it has one.
     pub(crate) of: Option<u32>,
 }
 
 impl FromPage {
-    /// Returns the number by which the answer refers to the request, if an answer is sent.
+    /// Returns the number by which the answer refers to this request, or `None` if the request has no `id`.
     pub(crate) fn id(&self) -> Option<u32> {
         match self {
             FromPage::Drop { id, .. }
@@ -106,7 +111,7 @@ impl FromPage {
             _ => None,
         }
     }
-    /// Reads a request.
+    /// Parses a request.
     pub(crate) fn read(text: &str) -> Result<FromPage, Refused> {
         let refuse = |text: String, of| Err(Refused { text, of });
         let mut fields = match serde_json::from_str(text) {

@@ -1,5 +1,6 @@
-//! The text messages of the page and the program: one enum for each direction, whose variant is the key `type` of the
-//! JSON. `page/protocol.d.ts` declares the same for the page; a test compares the two.
+//! The text messages between the page and the program: one enum per direction. The key `type` of a message's JSON
+//! object is the name of the variant. `page/protocol.d.ts` declares the same messages in TypeScript; a test compares
+//! the two.
 
 mod from_page;
 mod object;
@@ -19,12 +20,12 @@ mod tests {
 
     use super::*;
 
-    /// The declarations that a type needs, by name.
+    /// Collects the TypeScript declarations of a type and of all types that it refers to, by name.
     struct Declarations<'a>(&'a Config, BTreeMap<String, String>);
 
     impl TypeVisitor for Declarations<'_> {
         fn visit<T: TS + 'static + ?Sized>(&mut self) {
-            // Only types of our own have a file to be written to.
+            // Types from other crates have no output path and are not declared.
             if T::output_path().is_none() || self.1.contains_key(&T::ident(self.0)) {
                 return;
             }
@@ -42,7 +43,7 @@ mod tests {
         let head = "// The messages of the page and the program, generated from plugins/views/web/src/protocol/ by\n\
                     // `TATU_BLESS=page cargo test -p tatu-views-web protocol`.\n";
         let text = [head.to_owned()].into_iter().chain(all.1.into_values()).collect::<Vec<_>>().join("\n");
-        // Declarations of many lines have spaces at their ends.
+        // ts-rs leaves trailing spaces in declarations that span several lines.
         text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n") + "\n"
     }
 
@@ -56,8 +57,8 @@ mod tests {
         let known = fs::read_to_string(&file).unwrap_or_default().replace("\r\n", "\n");
         assert!(
             own == known,
-            "page/protocol.d.ts differs from src/protocol/: `TATU_BLESS=page cargo test -p tatu-views-web protocol` \
-             writes it again"
+            "page/protocol.d.ts differs from src/protocol/: regenerate it by \
+             `TATU_BLESS=page cargo test -p tatu-views-web protocol`"
         );
     }
 }

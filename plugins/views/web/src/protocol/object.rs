@@ -8,36 +8,36 @@ use serde::Serialize;
 pub(crate) struct Object {
     /// The handle of the object.
     pub(crate) id: u32,
-    /// The handle of the parent; 0 if there is none. Children of a joint are attached to its moved frame.
+    /// The handle of the parent, or 0. Children of a joint are attached to the frame that the joint moves.
     pub(crate) parent: u32,
     pub(crate) alias: String,
     pub(crate) kind: String,
-    /// Position and quaternion (x y z w) in the parent's frame.
+    /// Position (m) and quaternion (x y z w) in the parent's frame.
     pub(crate) pose: [f64; 7],
     pub(crate) visible: bool,
     #[cfg_attr(test, ts(type = "number"))]
     pub(crate) layer: i64,
     /// Whether the object is the base of a model.
     pub(crate) model: bool,
-    /// The parts of a shape.
+    /// The visible parts of a shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) parts: Option<Vec<Part>>,
-    /// Whether a shape collides; false if it is missing.
+    /// Whether a shape is respondable, that is, collides with others. Omitted if false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     #[cfg_attr(test, ts(optional, as = "Option<bool>"))]
     pub(crate) collides: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) joint: Option<Joint>,
-    /// The kind of a sensor.
+    /// The kind of a sensor, such as `proximity`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) sensor: Option<String>,
-    /// The schema of a sensor's readings, if the page shows it.
+    /// The schema of a sensor's readings; omitted if the page does not show them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) schema: Option<Schema>,
     /// The detection volume of a sensor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) volume: Option<Volume>,
-    /// The poses of a path, seven numbers each: position (m) and quaternion (x y z w).
+    /// The poses of a path, seven values each: position (m) and quaternion (x y z w).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) points: Option<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -47,25 +47,25 @@ pub(crate) struct Object {
     pub(crate) scripts: Vec<Script>,
 }
 
-/// A texture: an image on a part, and its projection.
+/// A texture: an image, and its projection onto a part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub(crate) struct Texture {
-    /// The hash of the image, which is sent as a separate message.
+    /// The hash of the image, which is sent in a separate message.
     pub(crate) image: String,
-    /// plane, cylinder, sphere or box.
+    /// The kind of projection: `plane`, `cylinder`, `sphere` or `box`.
     pub(crate) mapping: String,
     /// Width and height of the image on the surface, m.
     #[cfg_attr(test, ts(as = "[f64; 2]"))]
     pub(crate) size: Vec<f64>,
-    /// Pose of the projection in the frame of the part.
+    /// Pose of the projection in the frame of the part: position (m) and quaternion (x y z w).
     #[cfg_attr(test, ts(as = "[f64; 7]"))]
     pub(crate) pose: Vec<f64>,
-    /// Whether the image repeats to the right, and upwards.
+    /// Whether the image is repeated horizontally, and vertically.
     pub(crate) repeat: [bool; 2],
-    /// Whether colors between pixels are interpolated.
+    /// Whether colors are interpolated between pixels.
     pub(crate) smooth: bool,
-    /// modulate, decal or add.
+    /// How the image is combined with the color of the part: `modulate`, `decal` or `add`.
     pub(crate) blend: String,
 }
 
@@ -73,21 +73,21 @@ pub(crate) struct Texture {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub(crate) struct Part {
-    /// plane, box, sphere, cylinder, capsule or mesh.
+    /// The form: `plane`, `box`, `sphere`, `cylinder`, `capsule` or `mesh`.
     pub(crate) form: String,
-    /// Pose of the part in the frame of its object.
+    /// Pose of the part in the frame of its object: position (m) and quaternion (x y z w).
     #[cfg_attr(test, ts(as = "[f64; 7]"))]
     pub(crate) pose: Vec<f64>,
-    /// Red, green and blue, 0 to 1.
+    /// Red, green and blue components, 0 to 1.
     #[cfg_attr(test, ts(as = "[f64; 3]"))]
     pub(crate) color: Vec<f64>,
-    /// Size of the part along its axes, m.
+    /// Size of the part along its axes, m; omitted for a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) size: Option<Vec<f64>>,
-    /// The texture of the part.
+    /// The texture of the part, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) texture: Option<Texture>,
-    /// The hash of the mesh, which is sent as a separate message.
+    /// The hash of the mesh, which is sent in a separate message; omitted for other forms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) mesh: Option<String>,
 }
@@ -96,12 +96,12 @@ pub(crate) struct Part {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub(crate) struct Joint {
-    /// revolute, prismatic or spherical.
+    /// The type: `revolute`, `prismatic` or `spherical`.
     #[serde(rename = "type")]
     pub(crate) form: String,
-    /// Translation of a screw joint per turn, m.
+    /// Translation of a screw joint per revolution, m.
     pub(crate) lead: f64,
-    /// Minimum and maximum position, rad or m, if the joint has limits.
+    /// Minimum and maximum position, rad or m; omitted if the joint has no limits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) limits: Option<[f64; 2]>,
 }
@@ -114,11 +114,11 @@ pub(crate) struct Script {
     pub(crate) name: String,
     pub(crate) kind: String,
     pub(crate) language: String,
-    /// A number that differs for different texts of the script.
+    /// A hash of the script's source.
     pub(crate) version: u32,
 }
 
-/// A schema of readings that the page shows.
+/// A schema of sensor readings that the page can show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
@@ -134,7 +134,7 @@ pub(crate) enum Schema {
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub(crate) struct Volume {
-    /// ray, cone, pyramid, cylinder or disc.
+    /// The form of the volume: `ray`, `cone`, `pyramid`, `cylinder` or `disc`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) volume: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-/// New readings by the handle of their sensor; `None`: nothing has been measured since the last reset.
+/// New readings by the handle of the sensor; `None` if the sensor has not measured since the last reset.
 pub(crate) type Readings = BTreeMap<u32, Option<Reading>>;
 
 /// The reading of a sensor.
@@ -16,20 +16,20 @@ pub(crate) enum Reading {
         detected: bool,
         #[serde(skip_serializing_if = "Option::is_none")]
         distance: Option<f64>,
-        /// The detected point, in the sensor's frame.
+        /// The detected point in the sensor's frame, m.
         #[serde(skip_serializing_if = "Option::is_none")]
         point: Option<Vec<f64>>,
     },
     RangeScan {
-        /// The distance along each beam, m; null if it hits nothing.
+        /// The distance measured along each beam, m; null if the beam hits nothing.
         #[cfg_attr(test, ts(as = "Vec<Option<f64>>"))]
         distance: Vec<Option<f64>>,
-        /// The angle of each beam about +y from +z, rad.
+        /// The angle of each beam about the +y axis, measured from the +z axis, rad.
         angle: Vec<f64>,
-        /// The elevation of each beam towards +y, rad; 0 if it is missing.
+        /// The elevation of each beam towards the +y axis, rad; omitted if all beams have elevation 0.
         #[serde(skip_serializing_if = "Option::is_none")]
         elevation: Option<Vec<f64>>,
-        /// The maximum distance that the sensor measures, m; unlimited if it is missing.
+        /// The maximum distance that the sensor measures, m; omitted if it is unlimited.
         #[serde(skip_serializing_if = "Option::is_none")]
         range: Option<f64>,
     },
@@ -37,7 +37,7 @@ pub(crate) enum Reading {
         /// Position in the world frame, m.
         position: Vec<f64>,
     },
-    /// The fields with few elements of any other sensor, by name.
+    /// The short fields of any other sensor, by name.
     Fields {
         #[cfg_attr(test, ts(as = "BTreeMap<String, Vec<Option<f64>>>"))]
         fields: BTreeMap<String, Vec<Option<f64>>>,
@@ -49,15 +49,15 @@ pub(crate) enum Reading {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Drawing {
     pub(crate) form: String,
-    /// Size of points and lines in pixels, or of solids in m.
+    /// Size of each item: pixels for points and lines, m for solids.
     pub(crate) size: f64,
     pub(crate) color: Vec<f64>,
-    /// The values of all items, consecutively, and the number of values per item.
+    /// The values of all items, consecutively; each item has `stride` values.
     pub(crate) items: Vec<f64>,
     pub(crate) stride: usize,
 }
 
-/// A stream of a graph, with its newest samples.
+/// A stream of a graph with its newest samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Stream {
@@ -65,27 +65,27 @@ pub(crate) struct Stream {
     pub(crate) unit: String,
     #[cfg_attr(test, ts(as = "Option<[f64; 3]>"))]
     pub(crate) color: Option<Vec<f64>>,
-    /// Samples that are not finite are null.
+    /// The simulation times of the samples, s. Here and in `values`, non-finite values are null.
     pub(crate) times: Vec<Option<f64>>,
     pub(crate) values: Vec<Option<f64>>,
 }
 
-/// The watched values after a step.
+/// The watched values at the end of a step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Sample {
     /// Simulation time, s.
     pub(crate) time: f64,
-    /// The elements of each value, in the order of the request; empty if the value cannot be read. Elements that are
-    /// not finite are null.
+    /// The elements of each watched value, in the order of the request; empty if the value cannot be read. Non-finite
+    /// elements are null.
     pub(crate) values: Vec<Vec<Option<f64>>>,
 }
 
-/// A contact of the last step.
+/// A contact in the last step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct ContactMark {
-    /// The two shapes; the second one can move if one of them can.
+    /// The handles of the two shapes. If only one of them can move, it is the second.
     pub(crate) pair: [u32; 2],
     /// The contact point in the world frame, m.
     pub(crate) point: [f64; 3],
@@ -93,17 +93,17 @@ pub(crate) struct ContactMark {
     pub(crate) force: [f64; 3],
 }
 
-/// A dynamic body.
+/// A dynamic shape, for overlays.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct BodyMark {
     pub(crate) id: u32,
-    /// The centre of mass in the frame of the body, m.
+    /// The centre of mass in the frame of the shape, m.
     pub(crate) com: [f64; 3],
     /// The mass, kg.
     pub(crate) mass: f64,
-    /// The inertia matrix about the centre of mass, in the frame of the body, by rows, kg m^2.
+    /// The inertia matrix about the centre of mass, in the frame of the shape, in row-major order, kg m^2.
     pub(crate) inertia: [f64; 9],
-    /// The velocity in the world frame, m/s.
+    /// The linear velocity in the world frame, m/s.
     pub(crate) velocity: [f64; 3],
 }

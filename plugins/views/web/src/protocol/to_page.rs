@@ -16,28 +16,28 @@ use super::{
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub(crate) enum ToPage {
-    /// The first message.
+    /// The first message of a connection.
     Hello {
         version: u32,
         /// Whether the client has control rights.
         acts: bool,
-        /// A view-only address for other clients.
+        /// An address that grants view rights, for the user to share; sent only to clients with control rights.
         #[serde(skip_serializing_if = "Option::is_none")]
         look: Option<String>,
         speed: f64,
     },
-    /// The scene as a whole.
+    /// The complete scene.
     Scene {
         file: String,
-        /// Serial number of the scene among those opened so far, since the same file may be opened again.
+        /// Number of the scene among those opened so far. It differs if the same file is opened again.
         opened: u32,
         dt: f64,
         objects: Vec<Object>,
         scripts: Vec<Script>,
-        /// Notes from loading the scene, such as features that an importer does not support.
+        /// Notes from loading the scene, such as the features that an importer does not support.
         notes: Vec<String>,
     },
-    /// Objects with changes other than motion.
+    /// Objects that have changed in other ways than by moving.
     Objects {
         objects: Vec<Object>,
     },
@@ -63,12 +63,12 @@ pub(crate) enum ToPage {
         graph: u32,
         streams: Vec<Stream>,
     },
-    /// The watched values in each step since the last message.
+    /// The watched values in each step since the last such message.
     Values {
         of: u32,
         samples: Vec<Sample>,
     },
-    /// The custom data of an object, or of the scene if `object` is 0: texts by tag. Binary data is omitted.
+    /// The custom data of an object, or of the scene if `object` is 0: strings by tag. Binary data is omitted.
     Data {
         object: u32,
         data: BTreeMap<String, String>,
@@ -78,7 +78,7 @@ pub(crate) enum ToPage {
         contacts: Vec<ContactMark>,
         bodies: Vec<BodyMark>,
     },
-    /// The properties of an object.
+    /// The properties of an object, and the short fields of its last reading.
     Details {
         object: u32,
         rows: Vec<Row>,
@@ -97,13 +97,13 @@ pub(crate) enum ToPage {
         /// The name of the working folder.
         folder: String,
     },
-    /// The results of the call with this number.
+    /// The results of the request with this number.
     Result {
         of: u32,
         #[cfg_attr(test, ts(type = "Array<any>"))]
         results: Vec<Json>,
     },
-    /// The error of a failed call, with the number of the call, or of a refused request.
+    /// An error. `of` is the number of the request that failed, if the request has one.
     Error {
         error: String,
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -126,25 +126,25 @@ pub(crate) enum RunState {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Edits {
-    /// Descriptions of the next undo and redo.
+    /// Label of the edit that the next undo reverts; `redo` is that of the edit that the next redo applies.
     pub(crate) undo: Option<String>,
     pub(crate) redo: Option<String>,
-    /// Whether the scene differs from its file.
+    /// Whether the scene has changes that are not saved in its file.
     pub(crate) unsaved: bool,
-    /// The file of the scene, and whether it exists.
+    /// Path of the scene's file; `on_disk` is whether the file exists and may be overwritten.
     pub(crate) file: String,
     pub(crate) on_disk: bool,
-    /// Time of the copy of unsaved edits that a crashed program left, Unix time in s.
+    /// Unix time, s, of a copy of unsaved edits that a crashed program has left.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub(crate) recovery: Option<i64>,
 }
 
-/// A property of an object.
+/// A property of an object, or a short field of its last reading.
 #[derive(Debug, Clone, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Row {
     pub(crate) key: String,
-    /// The type of the value, one of the constants `TATU_*`, and its number of elements; 0 means any number.
+    /// The type of the value, one of the constants `TATU_*`; `count` is its number of elements, or 0 for any number.
     #[serde(rename = "type")]
     #[cfg_attr(test, ts(type = "number"))]
     pub(crate) kind: i64,
@@ -182,18 +182,18 @@ pub(crate) struct Command {
 pub(crate) struct SceneFile {
     #[serde(rename = "in")]
     pub(crate) section: Section,
-    /// The name by which the scene is opened.
+    /// The path by which an `open` request opens the scene.
     pub(crate) file: String,
     /// The first paragraph of the comment at the beginning of the file.
     pub(crate) about: String,
-    /// The part of that comment after "Try:".
+    /// The suggestion in that comment: the text after "Try:".
     #[serde(rename = "try")]
     pub(crate) to_try: String,
-    /// A picture of the scene, a PNG in base64.
+    /// A picture of the scene as a PNG in base64.
     pub(crate) picture: Option<String>,
 }
 
-/// The source of a scene: recently opened, in the working folder, or part of the program.
+/// The section of the gallery: recently opened scenes, those in the working folder, or those of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
@@ -204,12 +204,12 @@ pub(crate) enum Section {
 }
 
 impl ToPage {
-    /// Returns the message as text.
+    /// Returns the message as JSON text.
     pub(crate) fn text(&self) -> String {
-        // Cannot fail: numbers that are not finite become null, and all map keys are strings or numbers.
+        // This cannot fail: non-finite numbers become null, and all map keys are strings or integers.
         serde_json::to_string(self).unwrap_or_default()
     }
-    /// Returns the message as it is sent.
+    /// Returns the message in the form in which it is queued for a client.
     pub(crate) fn message(&self) -> Message {
         Message::Text(self.text().into())
     }

@@ -1,4 +1,5 @@
-//! A compass: the heading of its x axis in the world's x-y plane, counter-clockwise from the world's x axis.
+//! A compass that measures the heading of its x axis in the world's x-y plane, counter-clockwise from the world's x
+//! axis.
 #![forbid(unsafe_code)]
 
 use std::f64::consts::{PI, TAU};
@@ -17,11 +18,11 @@ impl Plugin for CompassPlugin {
     }
 }
 
-/// One compass of a scene.
+/// A compass in a scene.
 struct Compass {
     /// Added to each heading, rad.
     offset: f64,
-    /// The least length of the x axis's shadow on the x-y plane for which there is a heading.
+    /// The minimum length of the x axis projected onto the x-y plane; below it, there is no heading.
     least: f64,
 }
 
@@ -85,10 +86,10 @@ impl Sensor for Compass {
     }
 }
 
-/// Counts turns: the heading without jumps, since the start.
+/// A sensor that measures the heading continuously, with full turns counted since the start.
 struct Turns;
 
-/// What it remembers: the heading of the last measure, the turns so far, and whether it has measured.
+/// Indices into the state: the last heading, the turns so far, and whether a heading has been measured.
 const LAST: usize = 0;
 const SUM: usize = 1;
 const BEGUN: usize = 2;
@@ -129,14 +130,14 @@ impl Sensor for Turns {
     }
 }
 
-/// The heading of the x axis of a pose; none where its shadow is shorter than `least`.
+/// Returns the heading of the x axis of `pose`, or `None` if its projection is shorter than `least`.
 fn heading(pose: &[f64; 7], least: f64) -> Option<f64> {
     let [_, _, _, x, y, z, w] = *pose;
     let (east, north) = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w));
     (east.hypot(north) > least).then(|| north.atan2(east))
 }
 
-/// The same angle, above -pi to pi.
+/// Wraps `angle` to the interval (-pi, pi].
 fn wrapped(angle: f64) -> f64 {
     let a = angle.rem_euclid(TAU);
     if a > PI { a - TAU } else { a }

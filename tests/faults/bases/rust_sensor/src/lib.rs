@@ -1,10 +1,10 @@
 //! A sensor to copy: one straight beam that measures the distance to the nearest object, in whole steps.
 //!
-//! Change the places marked (1) to (6); README.md says how to build it and where to put the library.
+//! Change the parts marked (1) to (6). README.md describes how to build the plugin and where to put the library.
 
 use tatu_plugin_api::{abi::*, safe::*, tatu_plugin};
 
-/// The plugin; what all its sensors share would stand here.
+/// The plugin. Data shared by all its sensors would be stored here.
 struct ExamplePlugin;
 
 impl Plugin for ExamplePlugin {
@@ -16,7 +16,7 @@ impl Plugin for ExamplePlugin {
     }
 }
 
-/// One sensor of a scene: (1) what it must remember.
+/// (1) The data of one sensor in a scene.
 struct ExampleRange {
     range: f64,
     step: f64,
@@ -25,13 +25,13 @@ struct ExampleRange {
 impl Sensor for ExampleRange {
     type Plugin = ExamplePlugin;
 
-    // (2) What scenes write, one sentence about it, and which schema it fills (see plugin-api/schemas).
+    // (2) The kind's name in scene files, one sentence that describes it, and its schema (see plugin-api/schemas).
     const ID: &'static str = "example_range";
     const TEXT: &'static str = "Tells how far the next thing straight ahead is.";
     const SCHEMAS: &'static [&'static str] = &["proximity/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_POINT | TATU_IN_NORMAL | TATU_IN_OBJECT;
 
-    // (3) What can be set, with unit, range and default; `range` in metres is written `range_m` in scenes.
+    // (3) The parameters, with unit, range and default. The parameter `range`, in metres, is `range_m` in scene files.
     fn params() -> Vec<Param> {
         let metres = |key| Param::float(key).unit("m").range(0.0, 1e6);
         vec![
@@ -40,7 +40,7 @@ impl Sensor for ExampleRange {
         ]
     }
 
-    // (4) What it fills: all fields of its schema, which defines what they mean, or fields of your own.
+    // (4) The fields of its readings: all fields of the schema, which defines their meaning, or your own fields.
     fn fields() -> Vec<Field> {
         vec![
             Field::i32("proximity.detected"),
@@ -55,18 +55,20 @@ impl Sensor for ExampleRange {
         Ok(ExampleRange { range: params.f64("range")?, step: params.f64("step")? })
     }
 
-    // Both may change while it lives. Without this, or with `.rebuilds()` in (3), a change makes a new sensor.
+    // Both parameters can change during a run. Without this function, or for a parameter with `.rebuilds()` in (3), a
+    // change creates the sensor anew.
     fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
         (self.range, self.step) = (params.f64("range")?, params.f64("step")?);
         Ok(Change::Taken)
     }
 
-    // (5) What it sends out: rays along unit vectors in its own frame, or a cone; +z is ahead.
+    // (5) The beams: rays along unit vectors in the sensor's frame, or a cone; +z points forward.
     fn beams(&self) -> Result<Beams> {
         Ok(Beams { form: Form::Rays(vec![[0.0, 0.0, 1.0]]), far: self.range, ..Beams::default() })
     }
 
-    // (6) What it makes of what the beams saw. Fields count from 0 as in (4); they are 0 before.
+    // (6) Computes the reading from the results of the beams. Fields are indexed from 0 in the order of (4); the host
+    // has set them to 0.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let distance = sample.distances()[0];
         if distance.is_finite() {
@@ -80,7 +82,7 @@ impl Sensor for ExampleRange {
     }
 }
 
-/// The whole step nearest to `x`; `x` itself without steps.
+/// Rounds `x` to the nearest multiple of `step`; returns `x` itself if `step` is 0.
 fn in_steps(x: f64, step: f64) -> f64 {
     let steps = (x / step).round();
     if step > 0.0 { steps * step } else { x }

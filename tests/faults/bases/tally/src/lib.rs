@@ -1,4 +1,4 @@
-//! Counts by name: commands that keep something for each world, call functions of scripts, wait, and run side by side.
+//! Named counters: commands that have data per world, call functions of scripts, wait, and run in parallel.
 #![forbid(unsafe_code)]
 
 use std::{
@@ -12,13 +12,13 @@ struct Tally {
     time: Prop,
 }
 
-/// What is kept for a world.
+/// The data of a world.
 #[derive(Default)]
 struct Counts {
     counts: RefCell<BTreeMap<Vec<u8>, i64>>,
-    /// Who waits, by the word under which they are called again: for which count, and how far.
+    /// Waiting calls by their token: the counter's name, and the value for which each call waits.
     waits: RefCell<BTreeMap<u64, (Vec<u8>, i64)>>,
-    /// The last word that was given away.
+    /// The token that was last assigned.
     word: Cell<u64>,
 }
 
@@ -54,7 +54,7 @@ impl Plugin for Tally {
         offer.command(
             Command::<Self>::new("tally.each", |c| {
                 let f = c.arg(0).as_func().ok_or_else(|| Fail::argument("expected a function"))?;
-                // A copy: the function may add.
+                // A copy, because the function may change counters.
                 let counts = c.instance().counts.borrow().clone();
                 for (name, count) in &counts {
                     c.call_func(f, &[Value::text(name), Value::from(*count)])?;
@@ -174,7 +174,7 @@ impl PerWorld for Tally {
     }
 }
 
-/// What is left to read of a saved state.
+/// The unread part of a saved state.
 struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {

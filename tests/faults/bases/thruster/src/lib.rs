@@ -1,4 +1,4 @@
-//! Thrusters: rockets, propellers and cold-gas jets as far as a body feels them, a force along +z.
+//! Thrusters: rockets, propellers and cold-gas jets, modelled as a force along +z on a body.
 
 mod thruster;
 

@@ -1,26 +1,28 @@
-//! The actuator kinds "thruster" and "thruster_substep", which differ in how often they are asked.
+//! The actuator kinds "thruster" and "thruster_substep", which apply their force once per step and once per sub-step.
 
 use tatu_plugin_api::safe::{Actuator, Drive, Fail, Instance, Output, Param, Params, Result, SharedWorld};
 
-/// The plugin; it keeps nothing.
+/// The plugin. It has no data.
 pub struct Thrusters;
 
-/// One thruster. `SUBSTEP`: its direction follows the mount in each engine step, not only in each step of the world.
+/// A thruster. With `SUBSTEP`, its direction follows the mount in each physics step, not only in each step of the
+/// world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thruster<const SUBSTEP: bool> {
     max_force: f64,
     time_constant: f64,
 }
 
-/// Thrust at the end of a time `dt`, and its mean during it, N: a first-order lag from `now` towards `wanted`.
+/// Returns the thrust after the time `dt` and its mean during `dt`, N, for a first-order lag from `now` towards
+/// `wanted`.
 ///
-/// The mean carries the exact impulse, so that the velocity of a pushed body does not depend on the length of a step.
+/// The mean gives the exact impulse, so the velocity of a pushed body does not depend on the length of a step.
 fn lag(now: f64, wanted: f64, time_constant: f64, dt: f64) -> (f64, f64) {
     if time_constant <= 0.0 || dt <= 0.0 {
         return (wanted, wanted);
     }
     let x = dt / time_constant;
-    // 1 - exp(-x), without loss where x is small.
+    // 1 - exp(-x), without loss of precision for small x.
     let reached = -libm::expm1(-x);
     (now + (wanted - now) * reached, wanted + (now - wanted) * (reached / x))
 }
@@ -34,7 +36,7 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
         "Pushes along its +z axis, with the force that a script sets."
     };
     const EVERY_SUBSTEP: bool = SUBSTEP;
-    /// The thrust, N.
+    /// One value: the current thrust, N.
     const STATE: usize = 1;
 
     fn params() -> Vec<Param> {

@@ -39,7 +39,7 @@ pub fn arrange(writer: &mut Writer<'_>, differences: &Differences, registry: &Re
     flat.objects.iter_mut().for_each(|o| leave_out_defaults(o, registry));
     let taken = edited.taken.iter().cloned().chain(writer.out.files.iter().map(|(f, _)| f.to_lowercase())).collect();
     let mut pieces = Pieces::new(&flat, registry, edited.folder, taken);
-    // Parents come before their children.
+    // Parents precede their children.
     for &slot in &order {
         if writer.entries.has(slot) {
             writer.place_under_parent(slot, differences, &mut moved);
@@ -82,7 +82,8 @@ pub fn arrange(writer: &mut Writer<'_>, differences: &Differences, registry: &Re
     Ok(())
 }
 
-/// Drops parameters that have their default values. With a preset, all are written, because it changes the defaults.
+/// Drops parameters that have their default values. With a preset, all parameters are kept, because the preset changes
+/// the defaults.
 fn leave_out_defaults(object: &mut ObjectSpec, registry: &Registry) {
     let preset = object.rows.iter().any(|(row, _)| *row == Row::Preset);
     let Some(device) = object.device.as_mut().filter(|_| !preset) else { return };

@@ -12,23 +12,23 @@ use crate::{
     rows::Row,
 };
 
-/// Tolerance for positions (m) and angles (rad), since angles written in degrees differ in their last bits.
+/// Tolerance for positions (m) and angles (rad), because angles that were written in degrees differ in their last bits.
 const SAME: f64 = 1e-8;
 
-/// The differences of one object.
+/// The differences between an object's description in the file and its current state.
 #[derive(Debug, Default)]
 pub struct Difference {
-    /// Properties with their new values; `None` stands for the value of a new object.
+    /// Properties with their new values; `None` stands for the default value.
     pub rows: Vec<(Row, Option<Value>)>,
-    /// Changed parameters and commands of its device.
+    /// Changed parameters and commands of the object's device, with their new values.
     pub params: Vec<(String, Value)>,
     pub position: bool,
     pub rotation: bool,
     pub alias: bool,
-    /// Whether its unique name has changed, and its table can specify the name.
+    /// Whether the unique name has changed and can be specified in the object's table.
     pub name: bool,
     pub parent: bool,
-    /// Its new scripts, if they differ.
+    /// The new scripts, if they differ.
     pub scripts: Option<Vec<ScriptSpec>>,
 }
 
@@ -73,7 +73,7 @@ pub fn all(edited: &Edited<'_>, builder: &Builder<'_>, entries: &Entries) -> Dif
     out
 }
 
-/// An object of the document, as the document describes it and as it is now.
+/// An object of the document, with the scene and slot that the document describes, and the current ones.
 struct Pair<'a> {
     object: usize,
     then: (&'a Scene, u32),
@@ -138,13 +138,13 @@ fn params(was: &DeviceSpec, is: &DeviceSpec, builder: &Builder<'_>, object: usiz
     is.params.iter().filter(differs).cloned().collect()
 }
 
-/// Returns whether two lists of scripts are the same. A script that names no dialect has that of the scene.
+/// Returns whether two lists of scripts are equal. A script without a dialect has the scene's dialect.
 pub fn same_scripts(was: &[ScriptSpec], is: &[ScriptSpec], dialect: &str) -> bool {
     let same = |(a, b): (&ScriptSpec, &ScriptSpec)| a.text == b.text && same_kind(a, b, dialect);
     was.len() == is.len() && was.iter().zip(is).all(same)
 }
 
-/// Returns whether two scripts are the same except for their texts and names.
+/// Returns whether two scripts are equal except for their source code and names.
 pub fn same_kind(was: &ScriptSpec, is: &ScriptSpec, dialect: &str) -> bool {
     let of = |s: &ScriptSpec| (s.language, s.kind.clone(), s.priority, s.side_by_side);
     let same_dialect = was.dialect == is.dialect || (was.dialect.is_empty() && is.dialect == dialect);

@@ -20,11 +20,11 @@ pub struct Edited<'a> {
     pub scene: &'a Scene,
     /// The devices and scripts of the scene.
     pub beside: &'a Beside<'a>,
-    /// The settings of the scene.
+    /// The current settings of the scene.
     pub settings: &'a Settings,
-    /// Bases of models that were added, by slot, with the models' ids.
+    /// Ids of the models that were added, by the slots of their bases.
     pub models: &'a BTreeMap<u32, String>,
-    /// Returns whether a property of the object in a slot has this value for another reason than an edit.
+    /// Returns whether a property of the object in a slot has this value for a reason other than an edit.
     pub is_foreign: &'a dyn Fn(u32, Row, &Value) -> bool,
     /// The folder for separate files, relative to the scene file.
     pub folder: &'a str,
@@ -32,19 +32,19 @@ pub struct Edited<'a> {
     pub taken: &'a BTreeSet<String>,
 }
 
-/// The result of [`patch`](super::patch).
+/// The result of one round of [`patch`](super::patch).
 #[derive(Debug, Clone, Default)]
 pub struct Patched {
     /// The changed text of the scene file.
     pub text: String,
     /// Separate files to write: names relative to the scene file, and contents.
     pub files: Vec<(String, Vec<u8>)>,
-    /// Number of changes; 0 if the text describes the scene already.
+    /// Number of changes; 0 if the text already describes the scene.
     pub changes: usize,
     /// The objects that were changed, each with the keys that differ.
     pub changed: Vec<String>,
-    /// Whether only unique names were changed. If objects share a name in the scene, not all of them can have it in the
-    /// file, so further rounds would find the same change again.
+    /// Whether only unique names were changed. If several objects have the same name in the scene, the file can specify
+    /// it for only one of them, so further rounds would find the same change again.
     pub only_names: bool,
     /// Messages about differences that cannot be expressed by changes to the text.
     pub problems: Vec<String>,

@@ -49,8 +49,8 @@ impl Entries {
         }
     }
 
-    /// Returns whether the entry of an existing object still describes it. The parent must have been examined before,
-    /// which holds because parents precede their children.
+    /// Returns whether the entry of an existing object still describes it. The parent must already have been examined,
+    /// which is the case because parents precede their children.
     fn stays(&self, edited: &Edited<'_>, object: usize, slot: u32) -> bool {
         let Some(entry) = self.of(object) else { return false };
         if entry.first == object || !entry.places {
@@ -73,8 +73,8 @@ impl Entries {
     pub fn has(&self, slot: u32) -> bool {
         self.kept_slots.contains(&slot)
     }
-    /// Returns the scene with the aliases that its objects have before `[set]` is applied: parts of models have the
-    /// aliases from their models.
+    /// Returns a copy of the scene with the aliases that its objects have before `[set]` is applied. Parts of models
+    /// have the aliases that the models define.
     pub fn named(&self, edited: &Edited<'_>) -> Scene {
         let mut named = edited.scene.clone();
         for &object in &self.kept {
@@ -88,7 +88,7 @@ impl Entries {
         }
         named
     }
-    /// Returns whether an entry stays in the file.
+    /// Returns whether an entry remains in the file.
     pub fn stays_listed(&self, entry: &Entry) -> bool {
         self.kept.contains(&entry.first)
     }

@@ -56,7 +56,7 @@ pub fn patch(text: &str, edited: &Edited<'_>, registry: &Registry) -> Result<Pat
     Ok(out)
 }
 
-/// Changes `[scene]`.
+/// Writes changed settings and custom data of the world to `[scene]`.
 fn world(doc: &mut DocumentMut, edited: &Edited<'_>, out: &mut Patched) {
     let (now, then) = (settings::values(edited.settings), settings::values(&edited.document.settings));
     for (key, value) in now {

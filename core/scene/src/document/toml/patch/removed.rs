@@ -1,11 +1,11 @@
-//! Removes from a file the objects that were removed from the scene.
+//! Removal of objects from the file that were removed from the scene.
 
 use toml_edit::Item;
 
 use super::tables::Writer;
 use crate::document::overrides;
 
-/// Marks a table that is to be removed; no key of a scene file has this name.
+/// Key that marks a table for removal; no key in a scene file has this name.
 const GONE: &str = "\u{0}";
 
 impl Writer<'_> {
@@ -33,7 +33,7 @@ impl Writer<'_> {
         }
         for entry in entries.list.iter().rev().filter(|e| !entries.stays_listed(e)) {
             if let Some(list) = self.doc.get_mut(entry.what).and_then(Item::as_array_of_tables_mut) {
-                // The table is only marked, so that indices stay valid until `tidy` is called.
+                // The table is only marked here, which keeps indices valid until `tidy` is called.
                 if let Some(table) = list.get_mut(entry.index) {
                     table.clear();
                     table.insert(GONE, toml_edit::value(true));
@@ -66,7 +66,7 @@ impl Writer<'_> {
     /// Removes keys of `[set]` whose objects were removed, and renames those whose paths have changed.
     pub fn clean_set(&mut self) {
         let document = self.edited.document;
-        // Paths in `[set]` are those before it is applied.
+        // Paths in `[set]` contain the aliases that objects have before it is applied.
         let (mut base, slots) = document.instantiate();
         for (object, alias) in &document.replaced_aliases {
             base.set_name(slots[*object], alias, -1);
@@ -103,7 +103,7 @@ impl Writer<'_> {
         let last = self.last_position();
         match self.doc.get_mut("set").and_then(Item::as_table_mut) {
             Some(set) if set.is_empty() => drop(self.doc.remove("set")),
-            // A new `[set]` comes last.
+            // A new `[set]` is written at the end of the file.
             Some(set) if set.position().is_none() => set.set_position(Some(last + 1)),
             _ => {}
         }

@@ -43,8 +43,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Returns the file of a script, relative to the scene file, if this entry names the file and no other script uses
-    /// it.
+    /// Returns the file of a script, relative to the scene file, if this entry refers to the file and no other script
+    /// does.
     fn own_file(&mut self, entry: &Entry, script: &ScriptSpec) -> Option<String> {
         let folder = self.edited.document.file.as_ref()?.parent()?.to_owned();
         let file = Path::new(&script.name).strip_prefix(&folder).ok()?.to_str()?.to_owned();

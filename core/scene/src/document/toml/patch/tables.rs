@@ -86,7 +86,7 @@ impl Writer<'_> {
     /// Returns the path, or the unique name, by which the file refers to an object.
     pub fn path(&self, slot: u32) -> String {
         let path = self.named.path(slot);
-        // Indices among siblings depend on the objects read so far; unique names do not.
+        // An index among siblings depends on the objects that have been read so far; a unique name does not.
         let name = self.named.get(slot).filter(|_| path.contains('[')).map(crate::Object::name);
         name.filter(|n| self.named.find(0, n) == Some(slot)).unwrap_or(path)
     }
@@ -193,7 +193,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Sets a key of an entry. `counts`: whether this counts as a change.
+    /// Sets a key of an entry. `counts` selects whether the number of changes is incremented.
     pub fn put(&mut self, entry: &Entry, key: &str, written: &str, counts: bool) {
         if let Some(table) = self.table(entry) {
             put_text(table, key, written);
@@ -257,7 +257,7 @@ impl Writer<'_> {
     }
 
     /// Writes the parent of an object that a table describes, if the parent or its path has changed, and moves the
-    /// table after that of the parent. `moved` holds the objects whose tables were moved.
+    /// table after that of the parent. `moved` contains the slots of the objects whose tables were moved.
     pub fn place_under_parent(&mut self, slot: u32, differences: &Differences, moved: &mut BTreeSet<u32>) {
         let Some(object) = self.entries.object_at(slot) else { return };
         let Some(entry) = self.entries.of(object).filter(|e| e.first == object) else { return };
@@ -273,7 +273,7 @@ impl Writer<'_> {
             _ => drop(put_text(table, "parent", &path)),
         }
         self.out.changes += 1;
-        // An object must come after its parent.
+        // The table of an object must follow that of its parent.
         let is_new = above != 0 && !self.entries.has(above);
         if is_new || moved.contains(&above) || self.position_of(above) > self.position_of(slot) {
             let last = self.last_position() + 1;
@@ -290,7 +290,7 @@ impl Writer<'_> {
         entry.and_then(|e| self.table(&e).and_then(|t| t.position())).unwrap_or(0)
     }
 
-    /// Returns the position of the last table of all lists.
+    /// Returns the position of the last table in any list of tables.
     pub fn last_position(&self) -> isize {
         let lists = ["model", "import", "object", "service"].into_iter();
         let lists = lists.filter_map(|w| self.doc.get(w).and_then(Item::as_array_of_tables));
