@@ -25,7 +25,7 @@ class Batch:
             world, so a list that is the value for all worlds must be repeated `n` times.
         threads: Number of threads; by default the number of cores.
         observe: The observations that `step` returns, as pairs of path and name: `[("/Robot", "object.world_pose"),
-            ("/Robot/laser", "range_scan.ranges")]`.
+            ("/Robot/laser", "range_scan.distance")]`.
         act: The properties that the actions of `step` set: `[("/Robot/leftMotor", "joint.target_velocity")]`.
         quiet: Do not print the output and log lines of scripts.
     """
@@ -60,7 +60,7 @@ class Batch:
             arguments.append(one)
         self.n = n
         self.quiet = quiet
-        self._native = _native.Batch(arguments, threads or cores())
+        self._native = _native.Batch(arguments, cores() if threads is None else whole("threads", threads, 1))
         self._shapes: Tuple[List[List[int]], List[List[int]]] = ([], [])
         self.running = np.ones(n, dtype=bool)
         self.bind(observe, act)
@@ -95,7 +95,7 @@ class Batch:
             worlds that are still running.
         """
         if actions is not None:
-            actions = np.ascontiguousarray(actions, dtype=np.float64).reshape(self.n, self.act_size)
+            actions = rows(actions, self.n, self.act_size)
         if worlds is not None:
             worlds = np.ascontiguousarray(worlds, dtype=bool)
             if worlds.shape != (self.n,):
@@ -227,6 +227,21 @@ def cores() -> int:
         return len(os.sched_getaffinity(0))
     except AttributeError:
         return os.cpu_count() or 1
+
+
+def rows(actions: Any, n: int, size: int) -> np.ndarray:
+    """Return actions as an array with a row of `size` values for each of `n` worlds.
+
+    An array with one dimension is accepted if there is only one world, or only one value per world.
+    """
+    try:
+        array = np.ascontiguousarray(actions, dtype=np.float64)
+    except (TypeError, ValueError) as e:
+        raise ValueError(f"the actions cannot be converted to an array of numbers: {e}") from None
+    if array.shape == (n, size) or (array.ndim == 1 and array.size == n * size and 1 in (n, size)):
+        return array.reshape(n, size)
+    expected = f"({size},)" if n == 1 else f"({n}, {size}), one row per world"
+    raise ValueError(f"the actions have the shape {array.shape}; expected {expected}")
 
 
 def numbers(worlds: Any, n: int) -> List[int]:

@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 
 import numpy as np
 
-from ._batch import Batch
+from ._batch import Batch, rows
 from ._env import Description, Observed, Source, Term, describe
 from ._native import Error
 from ._world import PathLike
@@ -175,9 +175,7 @@ class Episodes:
             Observations, rewards, and whether the episode was terminated or truncated, for all worlds. For worlds that
             were not stepped, the reward is 0, and both flags are False.
         """
-        given = np.asarray(actions, dtype=np.float64).reshape(self.n, -1)
-        if given.shape[1] != len(self.act_low):
-            raise ValueError(f"an action has {given.shape[1]} values; expected {len(self.act_low)}")
+        given = rows(actions, self.n, len(self.act_low))
         clipped = np.minimum(np.maximum(given, self.act_low), self.act_high)
         if not np.isfinite(clipped).all():
             raise ValueError("an action contains NaN; the policy may have diverged")

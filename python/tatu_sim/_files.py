@@ -9,6 +9,8 @@ from . import _native
 HERE = Path(__file__).resolve().parent
 
 _SUFFIXES = (".toml", ".ttt", ".urdf")
+#: Folders whose files belong to scenes in the folder above.
+_PARTS = {"models", "parts", "plugin"}
 
 
 def scenes() -> List[str]:
@@ -16,7 +18,9 @@ def scenes() -> List[str]:
     found = set()
     for folder in map(Path, _native.folders("scenes")):
         found.update(
-            path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.suffix in _SUFFIXES and path.is_file()
+            path.relative_to(folder).as_posix()
+            for path in folder.rglob("*")
+            if path.suffix in _SUFFIXES and not _PARTS.intersection(path.relative_to(folder).parts) and path.is_file()
         )
     return sorted(found)
 

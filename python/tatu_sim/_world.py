@@ -40,9 +40,9 @@ class Fault(NamedTuple):
 
 
 class Reading(Mapping[str, Any]):
-    """The last measurement of a sensor: a mapping from names of fields, such as `range_scan.ranges`, to arrays.
+    """The last measurement of a sensor: a mapping from names of fields, such as `range_scan.distance`, to arrays.
 
-    A field is also an attribute if the last part of its name is unique: `reading.ranges`. The arrays are copies.
+    A field is also an attribute if the last part of its name is unique: `reading.distance`. The arrays are copies.
     """
 
     def __init__(self, raw: Dict[str, Any]):
@@ -55,7 +55,10 @@ class Reading(Mapping[str, Any]):
         self.fields: Dict[str, Any] = raw["fields"]
 
     def __getitem__(self, name: str) -> Any:
-        return self.fields[name]
+        try:
+            return self.fields[name]
+        except KeyError:
+            raise KeyError(f"the reading has no field {name!r}; it has {', '.join(self.fields)}") from None
 
     def __iter__(self):
         return iter(self.fields)

@@ -85,6 +85,8 @@ class Env(gymnasium.Env):
         tatu_sim.Error: The scene is invalid.
     """
 
+    metadata = {"render_modes": RENDER_MODES}
+
     def __init__(
         self,
         scene: Optional[PathLike] = None,
@@ -147,6 +149,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         render_mode, camera, size: As for `Env`; `render` returns one picture for each world.
         description: All other arguments of `Env`.
     """
+
+    metadata = {"render_modes": RENDER_MODES}
 
     def __init__(
         self,

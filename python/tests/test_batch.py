@@ -84,6 +84,19 @@ def test_wrong_batches_say_what_was_expected(falling):
         tatu_sim.Batch(text=falling, n=2, observe=[("/bal", "object.world_pose")])
     with pytest.raises(tatu_sim.Error):
         tatu_sim.Batch(text="format = 2", n=2)
+    with pytest.raises(ValueError, match="`threads`"):
+        tatu_sim.Batch(text=falling, n=2, threads=0)
+
+
+def test_actions_are_never_reshaped():
+    motors = [(f"Pioneer_p3dx_{side}Motor", "joint.target_velocity") for side in ("left", "right")]
+    with tatu_sim.Batch("learn/avoid_walls.toml", 4, act=motors) as batch:
+        batch.step(np.ones((4, 2)))
+        for wrong in (np.ones((2, 4)), np.ones(8), np.ones((3, 2)), 1.0):
+            with pytest.raises(ValueError, match=r"expected \(4, 2\), one row per world"):
+                batch.step(wrong)
+        with pytest.raises(ValueError, match="array of numbers"):
+            batch.step([[1.0, 2.0], [1.0]])
 
 
 def test_a_reset_keeps_the_shapes_of_observations():

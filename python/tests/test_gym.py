@@ -232,11 +232,14 @@ def test_use_out_of_turn():
     env.reset()
     with pytest.raises(ValueError, match="NaN"):
         env.step([np.nan])
-    with pytest.raises(ValueError, match="an action has 2 values; expected 1"):
+    with pytest.raises(ValueError, match=r"the actions have the shape \(2,\); expected \(1,\)"):
         env.step([0.0, 1.0])
     vector = VectorEnv(text=SLED, num_envs=2, autoreset_mode="Disabled", env={"seconds": 0.05})
     vector.reset(seed=1)
     vector.step(np.zeros((2, 1)))
+    for wrong in (np.zeros((1, 2)), np.zeros((2, 2)), [[0.0], [0.0, 1.0]]):
+        with pytest.raises(ValueError, match="the actions"):
+            vector.step(wrong)
     with pytest.raises(gymnasium.error.ResetNeeded, match="world 0 is over"):
         vector.step(np.zeros((2, 1)))
     with pytest.raises(ValueError, match="`reset_mask` must be an array of 2 bools"):

@@ -12,13 +12,11 @@ import tatu_sim
 
 pytest.importorskip("gymnasium", reason="gymnasium is not installed: pip install 'tatu-sim[gym]'")
 
-EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "avoid_walls.py"
-
 
 def test_thirty_seconds_improve():
     folder = str(Path(tatu_sim.__file__).resolve().parents[1])
     path = os.pathsep.join(filter(None, [folder, os.environ.get("PYTHONPATH")]))
-    command = [sys.executable, str(EXAMPLE), "--seconds", "30"]
+    command = [sys.executable, "-m", "tatu_sim.examples.avoid_walls", "--seconds", "30"]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=600, env={**os.environ, "PYTHONPATH": path})
     assert ran.returncode == 0, ran.stderr
     before, after = (

@@ -384,6 +384,19 @@ def test_a_process_that_dies(scene, tmp_path, monkeypatch):
             tatu_sim.sweep(jobs(), scene, executor=pool, output=out)
 
 
+def test_a_metric_of_several_values_must_select_or_combine_them(scene):
+    pose = {"object": "/ball", "field": "object.world_pose"}
+    with pytest.raises(tatu_sim.Error, match="7 elements, but a metric is one number"):
+        tatu_sim.sweep([Job(0.1, metrics={"x": pose})], scene)
+    (row,) = tatu_sim.sweep([Job(0.1, metrics={"x": {**pose, "reduce": "first"}, "y": {**pose, "index": 0}})], scene)
+    assert row["metrics"]["x"] == row["metrics"]["y"]
+
+
+def test_a_sweep_file_that_does_not_exist_is_named(tmp_path):
+    with pytest.raises(tatu_sim.Error, match="nosweep.toml"):
+        tatu_sim.sweep(tmp_path / "nosweep.toml")
+
+
 # ------------------------------------------------------------------------------------------------------- tables, logs
 
 

@@ -103,6 +103,17 @@ def test_errors_have_code_text_help_and_place(tmp_path):
         tatu_sim.World()
     with pytest.raises(tatu_sim.Error, match="E105"):
         tatu_sim.World("no such scene.toml")
+    for misspelt in ("learn/avoid_wals.toml", "scenes/learn/avoid_wals.toml"):
+        with pytest.raises(tatu_sim.Error, match="did you mean `learn/avoid_walls.toml`"):
+            tatu_sim.World(misspelt)
+
+
+def test_all_scenes_of_the_package_can_be_opened():
+    names = tatu_sim.scenes()
+    assert "learn/avoid_walls.toml" in names and len(names) > 30
+    for name in names:
+        tatu_sim.World(name, allow=["exec", "net=*:*"]).close()
+    tatu_sim.World("scenes/learn/avoid_walls.toml").close()
 
 
 def test_states_are_restored_and_forked():
@@ -236,6 +247,8 @@ def test_a_misspelt_property_gets_a_suggestion(falling):
         with pytest.raises(tatu_sim.Error) as refused:
             world.get("/ball", "no.such.thing.anywhere")
         assert "did you mean" not in str(refused.value)
+        with pytest.raises(tatu_sim.Error, match="`/ball` is not a sensor"):
+            world.reading("/ball")
 
 
 def test_it_is_a_guest_in_the_process():

@@ -1,7 +1,7 @@
 """A Pioneer learns to avoid walls, by the cross-entropy method in NumPy alone.
 
-    python avoid_walls.py                   five minutes
-    python avoid_walls.py --seconds 30      a shorter try
+    python -m tatu_sim.examples.avoid_walls                   five minutes
+    python -m tatu_sim.examples.avoid_walls --seconds 30      a shorter run
 
 The policy is linear: the closeness that 16 sonars report, times weights, plus a bias, gives the speeds of both wheels.
 The method draws 32 vectors of weights from a normal distribution, lets each drive in two worlds for a while, and moves

@@ -1,0 +1,1 @@
+"""Examples, each a program: `python -m tatu_sim.examples.avoid_walls`."""
