@@ -11,7 +11,7 @@ const PANEL: u32 = 360;
 const TITLE: u32 = 44;
 /// Height of a row of the legend, pixels.
 const ROW: i32 = 22;
-/// Maximum number of panels; if there are more units, the remaining ones share the last panel.
+/// Maximum number of panels of streams; if there are more units, the remaining ones share the last of these panels.
 const MOST_PANELS: usize = 4;
 /// Maximum number of lines in a panel with a legend; a longer legend would cover the lines, and is omitted.
 const MOST_NAMES: usize = 16;

@@ -49,13 +49,13 @@ pub fn wrote(result: std::io::Result<()>) {
     }
 }
 
-/// Prints an error about lost output: the program's exit code will be 1.
+/// Prints an error about lost output, which makes [`finish`] return 1 instead of 0.
 pub fn lost(e: &Error) {
     LOST.store(true, Ordering::Relaxed);
     error(e);
 }
 
-/// Returns the exit code of the program: 1 if output was lost.
+/// Returns the exit code of the program: `code`, or 1 if `code` is 0 although output was lost.
 pub fn finish(code: ExitCode) -> ExitCode {
     wrote(std::io::stdout().flush());
     if LOST.load(Ordering::Relaxed) && code == ExitCode::SUCCESS { ExitCode::FAILURE } else { code }

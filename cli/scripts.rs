@@ -15,7 +15,7 @@ pub fn told(world: &World) -> Value {
 }
 
 /// Returns the era of a dialect: A for versions up to 3.4, B for 3.5 to 4.1, C for 4.2 and later. The era is null if
-/// the source could not be loaded, so that there is no dialect.
+/// the dialect is unknown because the source could not be loaded.
 fn era(dialect: &str) -> Value {
     let mut parts = dialect.split('.').map(|p| p.parse::<u32>().ok());
     let version = (parts.next().flatten(), parts.next().flatten().unwrap_or(0));

@@ -23,7 +23,7 @@ use crate::report;
 /// A file that two threads may close.
 pub type SharedFile = Arc<Mutex<BufWriter<File>>>;
 
-/// The data about the run that is needed to end it.
+/// What is known about the run, for the output if a plugin call that does not return ends the program.
 #[derive(Default)]
 struct Known {
     json: bool,
@@ -119,8 +119,8 @@ impl Watchdog {
     pub fn close(&self, fault: &Fault) -> i32 {
         let Some(known) = peek(&self.known) else { return 1 };
         for file in &known.files {
-            // The stuck thread is inside a plugin, so no line of the trace is incomplete; otherwise the file ends with
-            // part of a line.
+            // A stuck thread is inside a plugin, so no line of the trace is incomplete. After a crash elsewhere, the
+            // file may end with part of a line.
             if let Some(mut file) = peek(file) {
                 let _ = file.flush();
             }

@@ -1,5 +1,5 @@
-//! Gathers the contents of a wheel besides the module: the plugins, scenes, models and add-ons, and the declarations of
-//! commands for type checkers. Does nothing unless maturin builds a wheel.
+//! Gathers the contents of a wheel besides the module: the plugins, the library with which plugins are tested, scenes,
+//! models and add-ons, and the declarations of commands for type checkers. Does nothing unless maturin builds a wheel.
 //!
 //! A build script has no access to the plugin libraries of the same build. Therefore it runs a separate cargo process
 //! with a separate target folder to build them. If `TATU_WHEEL_PLUGINS` is the path of a folder that contains a program

@@ -2,10 +2,11 @@
 
 use super::Style;
 
-/// Returns the first line of the first comment, without comment markers.
+/// Returns the first non-empty line of the comment at the start of a script, without comment markers; returns an
+/// empty string if code comes first.
 pub fn first_comment(text: &str) -> String {
     for line in text.lines().map(str::trim) {
-        // Skip the shebang line, and lines without letters or digits.
+        // Skip the byte order mark, blank lines, the shebang line, and comment lines without text.
         let line = line.trim_start_matches('\u{feff}');
         if line.is_empty() || line.starts_with("#!") {
             continue;
@@ -19,8 +20,8 @@ pub fn first_comment(text: &str) -> String {
     String::new()
 }
 
-/// Returns how a script is called, given its source. Scripts of the old style are recognized by names that only that
-/// style uses.
+/// Infers from its source how a script is called. A script has the old style if it contains a name that only that style
+/// uses, and no name that starts with `sysCall_`.
 pub fn style(text: &str) -> Style {
     let functions = text.contains("sysCall_");
     let old = text.contains("sim_call_type") || text.contains("sim_addonscriptcall_");

@@ -21,8 +21,8 @@ use super::{AddOn, Start, Style, about, name};
 const KEYS: [&str; 4] = ["name", "text", "dialect", "auto_start"];
 
 /// Returns the folders to search, in order: `addons` in the working folder, beside the program, in `../share/tatu`
-/// relative to the program's folder, and in the parent of that folder, followed by the folders of `TATU_ADDON_PATH`. If
-/// several add-ons have the same name, the first one is used.
+/// relative to the program's folder, and in the parent of the program's folder, followed by the folders of
+/// `TATU_ADDON_PATH`. The order matters: if several add-ons have the same name, the first one is used.
 pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> {
     let beside = exe.and_then(Path::parent);
     let mut all = vec![PathBuf::from("addons")];
@@ -38,8 +38,8 @@ pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> 
     all
 }
 
-/// Returns all add-ons, sorted by folder in search order and then by file name, and an error for each invalid add-on.
-/// Files are read through `sources`.
+/// Returns all add-ons, sorted by folder in search order and then by file name, and an error for each add-on that is
+/// invalid or has the name of an earlier one. Files are read through `sources`.
 pub fn find(registry: &Registry, sources: &Sources) -> (Vec<AddOn>, Vec<Error>) {
     let exe = program_file();
     let path = std::env::var_os("TATU_ADDON_PATH");

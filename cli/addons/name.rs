@@ -1,4 +1,5 @@
-//! Parses the file names of add-ons, by the rules of all versions of the original:
+//! Parses the file names of add-ons, by the rules of all versions of V-REP and CoppeliaSim. Add-ons that start "by
+//! name" run only if `--addon` names them:
 //!
 //! | file | kind | starts |
 //! |---|---|---|

@@ -92,7 +92,8 @@ fn unreadable(file: &Path, e: &std::io::Error) -> Error {
 }
 
 /// Returns whether an add-on starts automatically. If neither its name nor its manifest specifies this, its function
-/// `info` is called in a temporary world. If that call fails, the add-on is started, so that its error is reported.
+/// `info` is called in a temporary world. If that call fails or does not return `autoStart`, the add-on is started, so
+/// that its errors are reported.
 pub fn starts_by_itself(addon: &AddOn, registry: &Arc<Registry>) -> bool {
     match addon.start {
         Start::ByItself => true,

@@ -7,11 +7,12 @@ use super::{Card, Measure};
 /// The grade of a model, derived from the sources of its parameters and from its card.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Grade {
-    /// All parameters have sources, and all measures are within 2 % of the data sheet.
+    /// No parameter is an estimate, and all measures have recorded values within 2 % of the data sheet.
     A,
-    /// Some parameters are marked as estimates, or some measures deviate by more than 2 %.
+    /// Some parameters are estimates, according to their sources, or some measures deviate by more than 2 % or have no
+    /// recorded value.
     B,
-    /// Geometry only: the model's behaviour was not measured.
+    /// Geometry only: the model has no card, or its card contains no measures.
     C,
 }
 

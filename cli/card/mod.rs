@@ -73,7 +73,7 @@ pub fn read(model: &Path) -> Result<Option<Card>, Error> {
     reader.card().map(Some)
 }
 
-/// Writes values into the card's text, in the order of its measures.
+/// Writes measured values into the card's file, in the order of its measures; `None` leaves a recorded value unchanged.
 pub fn write(card: &Card, values: &[Option<f64>]) -> Result<(), Error> {
     let fail = |why: String| Error::new("E105", format!("{} cannot be written: {why}", card.file.display()));
     let text = read_plain_text(&card.file, MOST_BYTES).map_err(|e| fail(e.to_string()))?;

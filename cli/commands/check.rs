@@ -1,4 +1,4 @@
-//! `tatu check`: reports whether a scene runs, and what it lacks.
+//! `tatu check`: reports whether a scene can be loaded and started, and the problems found.
 
 use std::process::ExitCode;
 
@@ -25,7 +25,7 @@ pub fn check(args: &Check) -> ExitCode {
             let warnings = document.reports.iter().filter(|r| r.severity != TATU_REPORT_NOTE);
             lacks = warnings.map(|r| r.text.clone()).collect();
             let world = World::new(document, registry)?;
-            // Printed only if the scene would start.
+            // The description is printed only if the world could be created.
             if let Some(mut json) = described {
                 add_mechanisms(&mut json, &world);
                 report::out!("{json}");
@@ -65,7 +65,8 @@ fn verdict(lacks: &[String], faults: &[Fault]) -> String {
     }
 }
 
-/// Returns the first sentence of a report, without the file name, which precedes the whole line.
+/// Returns the first sentence of a report, cut to `LONGEST` characters. The file name is removed, because the summary
+/// starts with it.
 fn shortened(text: &str) -> String {
     let rest =
         text.split_once(": ").filter(|(file, _)| file.contains('.') && !file.contains(' ')).map_or(text, |(_, r)| r);
@@ -80,7 +81,7 @@ fn shortened(text: &str) -> String {
 /// Maximum length of a report in the summary, in characters.
 const LONGEST: usize = 120;
 
-/// Adds the solver of each mechanism, by the path of its first shape.
+/// Adds the solver of each mechanism, keyed by the path of the mechanism's first shape.
 fn add_mechanisms(json: &mut Json, world: &World) {
     let solvers: serde_json::Map<String, Json> =
         world.mechanisms().into_iter().map(|(path, solver)| (path, json!(solver))).collect();
@@ -89,7 +90,8 @@ fn add_mechanisms(json: &mut Json, world: &World) {
     }
 }
 
-/// Returns the importer's description of the file, if it provides one, with the file's name and a report added.
+/// Returns the importer's description of the file, or an empty object if it provides none, and adds the file's name.
+/// The texts of all reports are added too, unless the description has its own `report`.
 fn described(args: &Check, document: &Document) -> Json {
     let mut out = document.description.as_ref().map(to_json).filter(Json::is_object).unwrap_or_else(|| json!({}));
     if let Some(map) = out.as_object_mut() {

@@ -107,7 +107,7 @@ impl Lines {
     }
 }
 
-/// Describes the difference between two lines.
+/// Describes the first difference found between two lines of traces; `None` if they agree.
 fn differ(a: &Value, b: &Value) -> Option<String> {
     if a["step"] != b["step"] {
         return Some(format!("one trace has step {} where the other has step {}", a["step"], b["step"]));
@@ -178,7 +178,8 @@ fn missing(a: &Map<String, Value>, b: &Map<String, Value>, path: &str) -> &'stat
     }
 }
 
-/// Returns the fields of an object or reading that differ, with both values.
+/// Returns the first `SHOWN` fields of an object or reading that differ, with both values. Fields that only the second
+/// trace contains are not listed.
 fn fields(a: &Value, b: &Value) -> String {
     let (Some(a), Some(b)) = (a.as_object(), b.as_object()) else { return String::new() };
     let differing = a.iter().filter(|(key, x)| b.get(*key) != Some(x)).take(SHOWN);

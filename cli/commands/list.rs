@@ -144,8 +144,8 @@ pub fn licence<'a>(r: &'a Registry, m: &'a Model) -> &'a str {
     if m.licence.is_empty() && m.file.is_none() { &r.plugins[m.plugin].licence } else { &m.licence }
 }
 
-/// Returns the files in the folder `models` and in those of `TATU_MODEL_PATH` that scenes can refer to by path, except
-/// for files that belong to a model folder.
+/// Returns a row for each file in the folder `models` or in those of `TATU_MODEL_PATH` that scenes can refer to by
+/// path, except for files that belong to a model folder.
 fn model_files(r: &Registry) -> Vec<Value> {
     let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
     let folders = std::iter::once(PathBuf::from("models")).chain(std::env::split_paths(&given));

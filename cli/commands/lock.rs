@@ -29,7 +29,7 @@ struct Entry {
     hash: String,
 }
 
-/// Everything that a scene uses, with versions and hashes.
+/// The contents of a lock file: the version of the program, and the plugins, models and other files that a scene uses.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Locked {
     tatu: String,
@@ -240,7 +240,7 @@ fn portable(path: &Path) -> String {
     path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Maximum nesting depth of folders: a symbolic link to a parent folder would recurse without end.
+/// Maximum nesting depth of folders. Without a limit, a symbolic link to a parent folder would cause endless recursion.
 const DEEPEST: usize = 16;
 
 /// Adds the names, lengths and contents of all files of a folder to the hash, in order of their names. Symbolic

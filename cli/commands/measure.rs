@@ -35,8 +35,8 @@ const SHARED: &str = include_str!("../card/measure.lua");
 /// The signal through which the script returns the measured value.
 const SIGNAL: &str = "measured";
 
-/// Measures a model. The exit code is 0 if all values agree with the data sheet and with the card, 1 if one does not,
-/// and 2 if a value could not be measured.
+/// Measures a model. The exit code is 0 if all values agree with the data sheet and with the card, 1 if one does not or
+/// a plugin could not be ended, and 2 if a value could not be measured.
 pub fn measure(args: &args::Measure) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let done = super::registry(None, &Sources::default(), &[], &watchdog).and_then(|registry| {

@@ -163,7 +163,8 @@ fn make(args: &Serve, document: &Arc<Document>, registry: &Arc<Registry>) -> Res
     Ok(world)
 }
 
-/// Returns the function that reads a scene which a client opens while `scene` is open.
+/// Returns a function that reads the scene that a client opens; if its path is empty, `scene`, which is open now, is
+/// read again.
 fn reader(
     args: &Serve,
     scene: Option<PathBuf>,
@@ -251,7 +252,7 @@ impl SessionLog {
     }
 }
 
-/// Prints log lines: status lines go to standard output, all others to standard error.
+/// Prints log lines to standard error.
 fn tell(world: &World) {
     for line in world.take_lines() {
         match line.level {

@@ -145,7 +145,7 @@ impl Output {
             .expected("another name, such as rows.jsonl")
             .help("the Python package writes Parquet: tatu_sim.sweep(..., output=\"rows.parquet\")"));
         }
-        // Opening a pipe would wait for its reader.
+        // Fails for a pipe: opening it for writing would block until another process reads it.
         if path.exists() && !path.is_file() {
             read_plain_text(path, u64::MAX).map_err(fail)?;
         }

@@ -82,7 +82,7 @@ static TOLD: AtomicBool = AtomicBool::new(false);
 // Data recorded by the handler.
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
 static THREAD: AtomicI32 = AtomicI32::new(0);
-/// Id of the process that sent the signal, if another process did.
+/// Id of the process that sent the signal, or 0 if no other process did.
 static SENDER: AtomicI32 = AtomicI32::new(0);
 static AT: AtomicPtr<Watch> = AtomicPtr::new(std::ptr::null_mut());
 /// The address that could not be accessed, the instruction pointer, and the stack pointer.
@@ -320,8 +320,8 @@ fn running(at: *const Watch) -> Option<Stuck> {
     watchdog::current()?.watches.running(at)
 }
 
-/// Writes the line first, since the rest may block on a lock of the crashed thread; then writes all pending output.
-/// Returns the exit code.
+/// Reports a fault and returns the exit code. The error line is written first, since the rest, which writes all pending
+/// output, may block on a lock of the crashed thread.
 fn tell(mut fault: Fault, call: Option<&Stuck>) -> i32 {
     if let Some(call) = call {
         (fault.plugin, fault.object) = (blame::id(call), call.object.clone());
@@ -332,7 +332,7 @@ fn tell(mut fault: Fault, call: Option<&Stuck>) -> i32 {
     let line = format!("{clear}error[{}]: {}{help}\n", fault.code, fault.message);
     write_line(&line);
     let code = watchdog::current().map_or(2, |run| run.close(&fault));
-    // Output of plugins in C.
+    // Plugins in C may have buffered output.
     // SAFETY: a null pointer is valid and means all output streams of the C library.
     unsafe { libc::fflush(std::ptr::null_mut()) };
     code

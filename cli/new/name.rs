@@ -4,7 +4,7 @@ use tatu_core::errors::Result;
 
 use super::choice::refused;
 
-/// Names that are reserved in scripts: Lua's keywords, and tables that exist in every script.
+/// Names that are reserved in scripts: Lua's keywords, and global tables that scripts have in at least one API version.
 #[rustfmt::skip]
 const TAKEN: [&str; 36] = [
     "and", "break", "do", "else", "elseif", "end", "false", "for", "function", "goto", "if", "in", "local", "nil", "not",

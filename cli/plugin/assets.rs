@@ -2,7 +2,8 @@
 
 use std::{fs, io, path::Path};
 
-/// Maximum nesting depth of a folder of assets: a symbolic link to a parent folder would recurse without end.
+/// Maximum nesting depth of a folder of assets. Without a limit, a symbolic link to a parent folder would cause endless
+/// recursion.
 const DEEPEST: usize = 16;
 
 /// Replaces the folder `to` by a copy of the folder `from`. The copy is made under a temporary name and then renamed.

@@ -32,7 +32,7 @@ pub struct Elf {
     pub runpath: Vec<String>,
     /// The symbols that other libraries can use.
     pub exports: HashSet<String>,
-    /// The symbols that other libraries must provide.
+    /// The symbols that other libraries must provide; weak symbols, which may be missing, are not included.
     pub uses: Vec<String>,
     /// The symbol versions that the library defines, and those that it requires from other libraries, each as library
     /// and version.
@@ -69,7 +69,7 @@ pub struct Descriptor {
 
 type File<'a> = ElfFile64<'a, Endianness, &'a [u8]>;
 
-/// Reads a 64-bit ELF file; returns `None` if its tables are inconsistent.
+/// Reads a 64-bit ELF file; returns `None` if the file has another format, or if its tables are inconsistent.
 pub fn read(bytes: &[u8]) -> Option<Elf> {
     let file = File::parse(bytes).ok()?;
     let e = file.endian();

@@ -127,7 +127,8 @@ impl Loader {
         self.program.insert(Rc::new(names)).clone()
     }
 
-    /// Returns the library, version or symbol whose absence would make the loader fail.
+    /// Returns the reason why the loader would fail: a missing library, symbol version or symbol. `None` if nothing is
+    /// missing.
     pub fn lacks(&mut self, file: &Path, own: &Elf, needs: &[Need], libraries: &[Rc<Elf>]) -> Option<Reason> {
         if let Some(need) = needs.iter().find(|n| n.found.is_none()) {
             return Some(missing_library(file, need));

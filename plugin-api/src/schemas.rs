@@ -1,5 +1,5 @@
-//! The schemas of readings that the project defines, from the folder `schemas/`. Sensors fill them, and readers rely on
-//! them.
+//! The schemas of readings that the project defines, from the folder `schemas/`. Sensors and actuators fill their
+//! fields, and programs that read sensors rely on them.
 
 /// The contents of the schema files, in TOML.
 pub const FILES: &[&str] = &[

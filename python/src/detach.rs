@@ -30,7 +30,8 @@ static PROCESS: AtomicU32 = AtomicU32::new(0);
 /// Maximum time for which the exit of the interpreter waits for calls that are still running.
 const MAX_WAIT: Duration = Duration::from_secs(10);
 
-/// Calls `f` without the interpreter's lock. Does not return if the interpreter is exiting.
+/// Calls `f` without the interpreter's lock. Does not return if the interpreter is exiting, except on the thread that
+/// finalizes it.
 pub fn detached<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> T {
     // The thread is counted until it holds the lock again.
     let _counted = Counted::new();

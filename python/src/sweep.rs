@@ -6,6 +6,7 @@ use std::{
 };
 
 use pyo3::{exceptions::PyValueError, prelude::*};
+use tatu_core::errors::Error as Wrong;
 use tatu_embed::sweep::{Job, Sweep as Inner, plan::Plan};
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
@@ -21,7 +22,9 @@ pub fn bundle(py: Python<'_>, setup: Arguments) -> PyResult<String> {
 /// Reads a sweep file; returns its scene, and its jobs as JSON.
 #[pyfunction]
 pub fn plan(file: PathBuf) -> PyResult<(PathBuf, Vec<String>)> {
-    let text = read_plain_text(&file, MOST_BYTES)?;
+    let read = read_plain_text(&file, MOST_BYTES);
+    let unreadable = |e| Wrong::new("E105", format!("cannot read the sweep {}: {e}", file.display()));
+    let text = read.map_err(|e| error::of(&unreadable(e)))?;
     let plan = Plan::parse(&file, &text).map_err(|e| error::of(&e))?;
     let job = |n: usize| serde_json::to_string(&plan.job(n)).map_err(|e| PyValueError::new_err(e.to_string()));
     let jobs = (0..plan.count()).map(job).collect::<PyResult<Vec<_>>>()?;

@@ -9,7 +9,7 @@ use pyo3::{
 };
 use tatu_plugin_api::safe::Value;
 
-/// Maximum nesting depth of a value; deeper nesting means that a value contains itself.
+/// Maximum nesting depth of a value. Deeper values are refused, because they may contain themselves.
 const DEEP: usize = 64;
 
 /// Converts a value for Python: arrays of numbers become NumPy arrays; text becomes `str`, or `bytes` if it is not
@@ -127,7 +127,8 @@ fn array(value: &Bound<'_, PyAny>) -> Option<Value> {
     None
 }
 
-/// Converts a list of numbers, at least one of which is not an integer, to an array.
+/// Converts a list of numbers to an array of floats. Returns `None` if all elements are integers, or if one of them is
+/// not a number.
 fn numbers(items: &[Value]) -> Option<Value> {
     if !items.iter().any(|v| matches!(v, Value::Float(_))) {
         return None;

@@ -23,7 +23,8 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::{detach::detached, error, table, value};
 
-/// Maximum time for which steps run before Python can handle signals such as Ctrl-C.
+/// Real time after which stepping is interrupted so that Python can handle signals such as Ctrl-C. It is checked after
+/// every 16 steps.
 const SLICE: Duration = Duration::from_millis(50);
 
 /// A world. The public interface is `tatu_sim.World`.
@@ -206,6 +207,9 @@ impl World {
         let reading = self.with(py, |seat| {
             let world = seat.world()?;
             world.reading(path).ok_or_else(|| {
+                if world.get(path, "object.path").is_ok() {
+                    return Wrong::new("E110", format!("`{path}` is not a sensor, so it has no readings"));
+                }
                 let e = Wrong::new("E110", format!("there is no sensor `{path}`"));
                 match world.nearest(path) {
                     Some(near) => e.help(format!("did you mean `{near}`?")),

@@ -189,7 +189,7 @@ class Batch:
         return self._native.env()
 
     def hash(self) -> List[int]:
-        """The hash of each world's state."""
+        """Return the hash of each world's state."""
         return self._native.hashes()
 
     @property

@@ -361,7 +361,7 @@ class Value:
         return reduced(actions.take(self.columns, axis=1), self.term.action)
 
     def holds(self, numbers: np.ndarray, actions: np.ndarray, gaps: bool) -> np.ndarray:
-        """Return whether the value is within the bounds of the term, for each world."""
+        """Return whether the value is strictly within the bounds of the term, for each world."""
         return self._within(self._value(numbers, actions, gaps))
 
     def _within(self, x: np.ndarray) -> np.ndarray:
@@ -371,7 +371,8 @@ class Value:
         return x > above if below is None else (x > above) & (x < below)
 
     def reward(self, numbers: np.ndarray, actions: np.ndarray, gaps: bool) -> Any:
-        """Return the value of the term times its weight, for each world."""
+        """Return the contribution of the term to the reward of each world: its value times its weight or, if the term
+        has bounds, the weight where the value is within them, and 0 elsewhere."""
         term = self.term
         if self.pick is None and self.columns is None:
             return term.weight * term.constant

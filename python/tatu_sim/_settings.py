@@ -37,5 +37,5 @@ def whole(name: str, value: Any, least: int = 0) -> int:
 
 
 def settings(changes: Optional[Mapping[str, Any]]) -> List[str]:
-    """Convert a dict of changes, such as `{"/Robot.mass_kg": 2.0}`, to settings."""
+    """Convert a dict of changes, such as `{"/Robot.mass_kg": 2.0}`, to strings `KEY=VALUE`, as for `--set`."""
     return [f"{key}={toml(value)}" for key, value in (changes or {}).items()]

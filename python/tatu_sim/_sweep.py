@@ -143,7 +143,7 @@ def plan(bundle: Bundle, texts: Iterable[str], check: float, check_seed: int) ->
 
 
 def drawn(key: str, share: float, seed: int) -> bool:
-    """Return whether a job is run twice, which depends only on its key and the seed."""
+    """Return whether a job is run twice, which depends only on its key, the share and the seed."""
     digest = hashlib.sha256(f"{seed}:{key}".encode()).digest()
     return int.from_bytes(digest[:8], "big") < share * 2**64
 
@@ -176,7 +176,8 @@ def _simple(value: Any, where: str) -> Any:
 
 
 def restored(row: Row, text: str) -> Row:
-    """Return a row read from a file, with the parameters of the job: a column of 8, 8.5 and 9.5 stores 8 as 8.0."""
+    """Return a row read from a file, with the parameters of the job instead of those of the file, whose types may have
+    changed: a Parquet column of 8, 8.5 and 9.5 stores 8 as 8.0."""
     job = json.loads(text)
     row = {**row, "seed": job.get("seed"), "set": job.get("set") or {}}
     metrics = row.get("metrics") or {}

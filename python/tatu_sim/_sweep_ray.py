@@ -96,7 +96,8 @@ class RayExecutor(Executor):
         return isinstance(e, (known.WorkerCrashedError, known.NodeDiedError, known.OutOfMemoryError))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Cancel the tasks, and disconnect from the cluster if this executor connected to it."""
+        """Cancel the tasks (`cancel_futures`) or wait for them (`wait`), and disconnect from the cluster if this
+        executor connected to it."""
         self._closed = True
         for task in list(self._tasks):
             if cancel_futures:

@@ -109,8 +109,8 @@ class Rows(_Sequence):
         return [row for row in self._rows if "error" in row]
 
     def without_machine(self) -> "Rows":
-        """Return the rows without wall time, host and process, which do not depend on where and how the sweep was
-        run."""
+        """Return the rows without wall time, host and process. The other fields do not depend on where and how the
+        sweep was run."""
         return Rows((plain(row) for row in self._rows), self.keys)
 
     def to_arrow(self) -> Any:

@@ -56,7 +56,7 @@ class Ran(NamedTuple):
 
 
 class Done(NamedTuple):
-    """The result of a chunk. `left` has the keys of the checks that must be run by another worker."""
+    """The result of a chunk. `left` contains the keys of the checks that this worker did not run."""
 
     worker: Worker
     ran: Sequence[Ran] = ()

@@ -1,4 +1,4 @@
-"""A world: a running scene."""
+"""The class `World`, which loads and simulates a scene, and its objects and readings."""
 
 import contextlib
 import os

@@ -232,7 +232,10 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return self._episodes.observe(), infos
 
     def step(self, actions: Any) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Dict[str, Any]]:
-        """Run a step in all worlds. Actions are clipped to the bounds of their space."""
+        """Run a step in all worlds. Actions are clipped to the bounds of their space.
+
+        In the mode `NEXT_STEP`, a world whose episode is over is reset instead of being stepped.
+        """
         if not self._begun.all():
             world = int(np.argmin(self._begun))
             raise ResetNeeded(f"no episode has been started in world {world}: call `reset` before `step`")

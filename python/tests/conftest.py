@@ -30,7 +30,7 @@ def falling():
 
 @pytest.fixture(autouse=True)
 def _here(tmp_path, monkeypatch):
-    """Tests leave nothing in the working folder, and find no scene there."""
+    """Run each test in an empty working folder, so that it finds no scene there and leaves no files behind."""
     monkeypatch.chdir(tmp_path)
     # Processes that tests start use the package that is tested here, installed or not.
     package = str(Path(tatu_sim.__file__).resolve().parents[1])

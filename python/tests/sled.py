@@ -1,6 +1,7 @@
 """A small scene with an environment."""
 
-# A sled on a rail between two walls, which a noisy beam measures. Its motor is weak, so that its mass matters.
+# A sled on a rail in front of a wall, to which a noisy beam measures the distance. The motor is weak, so that the mass
+# of the sled matters.
 SLED = """
 format = 1
 

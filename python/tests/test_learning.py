@@ -1,4 +1,4 @@
-"""The example learns something in half a minute."""
+"""Tests that training the example for half a minute improves its policy."""
 
 import os
 import re

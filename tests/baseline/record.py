@@ -36,7 +36,7 @@ def run(program, *args):
 
 
 def summary_of(text):
-    """Returns the summary of a run without its durations and instruction counts."""
+    """Returns the summary of a run without its wall times, or the text itself if it is not JSON."""
     try:
         summary = json.loads(text)
     except ValueError:

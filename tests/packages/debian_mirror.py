@@ -11,7 +11,7 @@ ARCHIVE = "http://archive.debian.org"
 
 
 class Missing(Exception):
-    """A package could not be fetched."""
+    """Raised if a package or another file of the mirror is missing, damaged or cannot be fetched."""
 
 
 def fetch(url):

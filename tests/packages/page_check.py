@@ -14,7 +14,7 @@ OUTSIDE = re.compile(r"^(https?:|wss?:|//)")
 URL = re.compile(r"""https?://[^\s"'`)<>]+""")
 # XML namespace names, which are not loaded.
 NAMES = ("http://www.w3.org/",)
-# A file that is missing in a page without its libraries.
+# Some names that must be in the import map of a page that contains its libraries.
 LIBRARIES = ["three", "@codemirror/view", "@codemirror/state", "@lezer/common"]
 
 

@@ -35,7 +35,7 @@ ARM = "aarch64-unknown-linux-gnu"
 # The platforms, by the names of their methods. All others are compared with the first.
 ORDER = ["own", "simd_off", "old_processor", "clang", "zig", "bullseye", "bookworm", "aarch64"]
 TIMEOUT_S = 600
-# A processor without AVX and fused multiply-add.
+# A model of processor, as qemu names it, with neither AVX nor fused multiply-add.
 OLD_PROCESSOR = "Westmere"
 # Placeholder in a command, replaced by the options that bind the folders of the scene and of the run into the sandbox.
 FOLDERS = "--folders-of-the-run"

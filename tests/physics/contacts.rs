@@ -1,4 +1,4 @@
-//! Tests of friction, rolling and sleeping bodies.
+//! Tests of friction, rolling, sleeping bodies, and bodies that are fast and small (bullets).
 
 use crate::{kit::*, scenes::*};
 

@@ -135,8 +135,8 @@ fn geared_fingers_hold_what_is_heavy_for_them() {
     }
 }
 
-/// With the rotor inertia that the importer gives to light coupled links, the grip holds at any closing speed and in
-/// any control mode.
+/// With the rotor inertia that the URDF importer gives to light coupled links, the grip holds at both closing speeds,
+/// and also with position and force control.
 #[test]
 fn geared_fingers_with_a_rotor_hold_in_every_control() {
     let rotor = "armature_kg = 0.05\n";

@@ -123,7 +123,8 @@ fn limit() {
     near("at the limit", angle(&lines[lines.len() - 1]), 45.0, 0.01);
 }
 
-/// A scene with everything gives the same bits with 1, 2 and 4 threads, and after a snapshot.
+/// The scene of [`everything`] gives the same bits with 1, 2 and 4 threads, when it writes a snapshot, and when it is
+/// continued from that snapshot.
 #[test]
 fn all_kinds_have_the_same_bits_on_any_number_of_threads() {
     let place = scene_of(&everything());
@@ -135,7 +136,7 @@ fn all_kinds_have_the_same_bits_on_any_number_of_threads() {
     assert_eq!(one, hash(&["--from", "half.state"]));
 }
 
-/// Returns a scene with every kind of joint and contact, in which both joint solvers are used.
+/// Returns a scene with many kinds of joints, motors and contacts, in which both joint solvers are used.
 fn everything() -> String {
     let mut scene = "friction_pairs = [[\"ice\", \"ice\", 0.3]]\n".to_owned()
         + &floor(1.0)

@@ -39,7 +39,7 @@ fn compound(alias: &str, parent: &str, boxes: &Boxes, mass: f64, more: &str) -> 
     )
 }
 
-/// Returns the maximum speed of any of these objects in any physics step, m/s.
+/// Returns the maximum speed of any of these objects in any physics step, m/s, and the trace.
 #[track_caller]
 fn fastest(scene: &str, watch: &[&str], seconds: f64) -> (f64, Vec<Line>) {
     let lines = watch_run(&format!("dt_s = 0.005\n{scene}"), watch, seconds);

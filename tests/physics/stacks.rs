@@ -41,7 +41,7 @@ fn tower(n: usize) -> Vec<Box> {
     (0..n).map(|i| (CUBE, 1.0, [0.0, 0.0, 0.05 + 0.1 * i as f64])).collect()
 }
 
-/// Returns a wall of bricks, `columns` wide, each row offset by half a brick.
+/// Returns a wall of bricks, `columns` wide. Every second row is offset by a quarter of a brick.
 fn wall(rows: usize, columns: usize) -> Vec<Box> {
     let brick = |row: usize, column: usize| {
         let aside = if row % 2 == 1 { 0.05 } else { 0.0 };

@@ -73,8 +73,8 @@ fn rolling_and_spinning_are_resisted() {
     near("stays", position(&lines[lines.len() - 1], "/b")[0], 0.0, 1e-3);
 }
 
-/// The friction of a material overrides that of the shape, and a rule determines the friction of each pair of
-/// materials.
+/// The friction between two shapes follows from theirs by the `friction_rule`, unless `friction_pairs` has a value for
+/// their materials.
 #[test]
 fn materials_and_rules() {
     let slid = |settings: &str, material: &str| {

@@ -37,8 +37,8 @@ fn on_the_spot() {
     near("rate of turn", mean / (4.0 * RADIUS / TRACK), 1.0, 5e-4);
 }
 
-/// Turning does not accelerate the wheel of the caster, which slides. `cargo run --release -p soak` tests this for an
-/// hour.
+/// Turning does not accelerate the wheel of the caster, which slides: within ten minutes, its speed remains below 0.5
+/// rad/s.
 #[test]
 fn the_caster_does_not_wind_up() {
     let caster = "/Pioneer_p3dx/Pioneer_p3dx_caster_freeJoint1/Pioneer_p3dx_caster_link/Pioneer_p3dx_caster_freeJoint2";

@@ -6,9 +6,9 @@
 //! |---|---|
 //! | `kit` | Code shared by all tests: running the program, temporary folders for scenes, compiling plugins. |
 //! | `scene` | Scenes: reading, importing, converting, refusing; and how bodies in them move. |
-//! | `robots` | Robots that come with the program, against closed forms and the original's behaviour. |
+//! | `robots` | Robots that come with the program, against closed forms and the behaviour of V-REP's models. |
 //! | `sensors` | Sensors against closed-form geometry, their noise, and that reading them has no side effects. |
-//! | `scripts` | Scripts: when each is called, what the eras preserve, what commands return, how scripts are isolated. |
+//! | `scripts` | Scripts: when each is called, what old ones rely on, what commands return, how they are isolated. |
 //! | `plugins` | Plugins: loading, refusal, crashes, misbehaviour, old and new versions; the header and its recorded layout. |
 //! | `remote` | Services, with the real clients of each protocol where they are available. |
 //! | `page` | The page, in a real browser where there is one. |
@@ -18,7 +18,7 @@
 //!
 //! Tests of one plugin carry its name. Expected values name their source: a formula, or a fact restated in
 //! `tests/facts/`. Tests that need files outside of the repository, or a compiler that is missing, are reported as
-//! ignored. No test depends on how long something takes.
+//! ignored. Time limits are generous: they detect a program that hangs, not a slow machine.
 
 mod cli;
 mod kit;

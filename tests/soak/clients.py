@@ -3,10 +3,10 @@
 
     tests/soak/clients.py target/release/tatu --minutes 30
 
-Two clients each of jsonl, the ZeroMQ remote API, the legacy remote API and rosbridge call all commands with mostly
-meaningless arguments; every few seconds, one of them is killed and replaced. The exit code is 1 if the program ends,
-panics, no longer answers, or uses more memory at the end than after a quarter of the time. Packages from PyPI are
-installed into a folder next to that of the program."""
+Two clients each of jsonl, the ZeroMQ remote API, the legacy remote API and rosbridge call commands (except those that
+`NOT` matches) with mostly meaningless arguments; every few seconds, one of them is killed and replaced. The exit code
+is 1 if the program ends, panics, no longer answers, or uses much more memory at the end than after a quarter of the
+time. Packages from PyPI are installed into a folder next to that of the program."""
 
 import argparse, glob, json, os, random, re, signal, socket, subprocess, sys, threading, time, zipfile
 

@@ -54,7 +54,8 @@ pub fn script(id: &str) -> String {
 }
 
 /// Returns a line for each parameter with its default; a required parameter gets a valid value. An optional parameter
-/// without a default is commented out.
+/// without a default is commented out. Parameters that are read-only, or for which no valid value can be written, are
+/// omitted.
 fn lines(params: &[Declared]) -> String {
     let mut out = String::new();
     for p in params.iter().filter(|p| p.flags & TATU_PARAM_READ_ONLY == 0) {

@@ -1,4 +1,4 @@
-//! Collects all information about an id, as JSON.
+//! Collects what `tatu describe` prints about an id, as JSON.
 
 use std::path::Path;
 

@@ -77,7 +77,7 @@ impl Canvas {
         self.path(&(0..=180).map(point).collect::<Vec<_>>(), color, 0.5)
     }
 
-    /// Draws text with a height of at least 8 pixels, anchored at a position.
+    /// Draws text, anchored at a position; `height` is in pixels of the picture.
     pub fn text(&mut self, at: At, text: &str, height: f64, anchor: (HPos, VPos)) -> Drawn {
         let style = ("sans-serif", height * f64::from(FINE)).into_font().color(&INK).pos(Pos::new(anchor.0, anchor.1));
         self.on(|area| area.draw(&Text::new(text.to_owned(), fine(&at), style.clone())))

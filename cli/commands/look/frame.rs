@@ -10,7 +10,7 @@ use crate::plot::INK;
 const ABOVE: u32 = 76;
 const MARGIN: u32 = 20;
 const LEGEND: u32 = 110;
-/// Minimum width of a drawn image, in pixels; the pixels of smaller images are enlarged.
+/// Length in pixels up to which the longer side of a small image is enlarged, by an integer factor.
 const LEAST: u32 = 320;
 /// Colour of pixels in which nothing was detected.
 const NOTHING: [u8; 3] = [40, 40, 44];

@@ -1,4 +1,4 @@
-//! Prints any reading as text, one line per field.
+//! Draws any reading as a sheet of text, with one line per field.
 
 use tatu_core::{Field, Reading};
 use tatu_plugin_api::safe::Value;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use hdrhistogram::Histogram;
 use serde_json::{Value, json};
 
-/// Longest step that is recorded exactly, ns: an hour.
+/// Longest step duration that can be recorded, ns: one hour. Longer steps are recorded as this value.
 const LONGEST: u64 = 3_600_000_000_000;
 /// Significant decimal digits of recorded durations.
 const DIGITS: u8 = 3;
@@ -45,7 +45,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// Returns the median, 99th percentile and maximum of step durations in s, or null if there was no step.
+    /// Returns the median, 99th percentile and maximum of step durations in s, or null if no step was recorded.
     pub fn step(&self) -> Value {
         let Some(steps) = self.steps.as_ref().filter(|steps| !steps.is_empty()) else { return Value::Null };
         let seconds = |nanoseconds: u64| nanoseconds as f64 * 1e-9;

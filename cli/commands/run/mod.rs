@@ -210,7 +210,8 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let Ready { world, registry, session, log, steps, logged, one_more_barrier, snapshots, mut reload } = ready;
     let mut reloads = 0;
     let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
-    // Keys may be read from a pipe without a writer, so the Ctrl-C handler is installed only after that.
+    // Reading keys from a pipe without a writer blocks. The Ctrl-C handler is installed only afterwards, so that Ctrl-C
+    // ends the program until then.
     let mut pace = Pace::new(args, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();

@@ -64,7 +64,7 @@ impl Pace {
     }
 
     /// Waits until the next step is due, and passes on input that has arrived. Returns `false` if the user has
-    /// requested the end of the run at the terminal.
+    /// requested the end of the run at the terminal, or if `interrupted` is set.
     pub fn before_step(&mut self, world: &World, interrupted: &AtomicBool) -> bool {
         loop {
             while let Some(button) = self.terminal.as_mut().and_then(|t| t.next(Duration::ZERO)) {

@@ -54,7 +54,7 @@ pub struct Learned {
     pub scene: PathBuf,
     /// The files of the scene.
     pub sources: Sources,
-    /// Names of values, such as signals, that get stand-ins.
+    /// Names of values, such as signals, for which the world supplies substitutes.
     pub values: Vec<String>,
 }
 
@@ -112,7 +112,7 @@ struct Known {
     /// Whether the script's object has a parent.
     above: bool,
     objects: Vec<StandIn>,
-    /// Names of values that are read.
+    /// Names of values, such as signals, that the script reads although nothing has set them.
     values: Vec<String>,
 }
 
@@ -153,7 +153,7 @@ impl Known {
     }
 }
 
-/// Returns the stand-ins, for the summary.
+/// Returns the stand-ins for the summary, without the objects that every generated scene contains.
 pub fn told(world: &World) -> Vec<Value> {
     let all = world.stand_ins();
     let told = |s: &StandIn| match s.kind.contains('/') {

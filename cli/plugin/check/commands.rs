@@ -229,7 +229,8 @@ fn calls(c: &CommandEntry) -> Vec<String> {
     out
 }
 
-/// Returns ordinary arguments of a command as Lua expressions.
+/// Returns ordinary arguments of a command as Lua expressions, with none for a last parameter that accepts any number
+/// of arguments.
 fn good(c: &CommandEntry) -> Vec<String> {
     c.params.iter().filter(|p| p.flags & TATU_PARAM_REST == 0).map(ordinary_value).collect()
 }

@@ -23,7 +23,7 @@ use super::{
 const STEPS: usize = 12;
 /// Total number of elements in readings after which a run ends early.
 const MOST_ELEMENTS: u32 = 1_000_000;
-/// Number of bodies with an actuator.
+/// Number of free bodies that carry one actuator each.
 const BODIES: u32 = 7;
 /// Maximum number of values tried per parameter.
 const MOST_VALUES: usize = 4;
@@ -218,7 +218,7 @@ fn acted(subject: &Subject, scene: &str, threads: usize) -> Result<Vec<String>, 
     Ok(out)
 }
 
-/// Runs the test `configure` for each parameter that can be changed during a run.
+/// Runs the test `configure` for each sensor parameter that can be changed during a run.
 pub fn configure(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     let live = |p: &&Declared| p.flags & (TATU_PARAM_REBUILDS | TATU_PARAM_READ_ONLY) == 0;

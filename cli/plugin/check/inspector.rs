@@ -209,7 +209,8 @@ impl Pages {
         self.keep(bytes_of(&moved), "the array of its arguments, which does not contain omitted ones").cast()
     }
 
-    /// Copies a value so that its spans end directly before guard pages. Empty spans become null pointers.
+    /// Copies a value so that its spans end directly before guard pages. Spans that are empty, or nested more than 32
+    /// levels deep, become null pointers.
     fn value(&mut self, v: &tatu_value, label: &str, depth: u32) -> tatu_value {
         if !is_span(v.tag) {
             return *v;

@@ -56,7 +56,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
                 error(&place, format!("its `barrier` blocks: a step took {:.1} s", took.as_secs_f64()));
                 break;
             }
-            // Give the service's threads time to act.
+            // Give the service's threads time to run.
             std::thread::sleep(Duration::from_millis(20));
         }
         finding::at(&place, "when the run ends");

@@ -75,7 +75,7 @@ pub fn importers(file: &Path) -> Result<(), Error> {
         let mut heads = words(&subject.file);
         heads.retain(|head| {
             let text = border::raw(head);
-            // SAFETY: `sniff` is the plugin's function for any context; the text is valid during the call.
+            // SAFETY: the plugin's function `sniff` may be called in any context; the text is valid during the call.
             i.raw.sniff.is_some_and(|sniff| unsafe { sniff(me, text) } > 0)
         });
         for (what, bytes) in malformed(&samples(&subject.file, &i.suffixes), &heads) {
@@ -90,7 +90,8 @@ pub fn importers(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the contents of files with one of these suffixes next to the plugin, or in the parent folder.
+/// Returns the contents of at most four files with one of these suffixes that are next to the plugin, or in the parent
+/// folder, and smaller than 1 MB.
 fn samples(plugin: &Path, suffixes: &[String]) -> Vec<Vec<u8>> {
     let folders = plugin.ancestors().skip(1).take(2).filter_map(|f| std::fs::read_dir(f).ok()).flatten();
     let mut files: Vec<_> = folders.filter_map(|e| e.ok().map(|e| e.path())).collect();
@@ -188,8 +189,8 @@ fn dialects(subject: &Subject, language: &tatu_core::plugins::Language) -> Vec<S
     let ask = |dialect: &str| {
         let mut error = border::ErrorSlot::new();
         let text = border::raw(dialect.as_bytes());
-        // SAFETY: `knows` is the plugin's function for any context; the text and the error object are valid during the
-        // call.
+        // SAFETY: the plugin's function `knows_dialect` may be called in any context; the text and the error object are
+        // valid during the call.
         let status = unsafe { knows(me, text, error.raw()) };
         (status == TATU_OK, error.text())
     };

@@ -67,7 +67,7 @@ pub const PLACES: [&str; 5] = [
     "parent = \"/body\"\nposition_m = [0.0, 0.0, 0.15]\norientation_deg = [0.0, -80.0, 0.0]\n",
 ];
 
-/// Returns valid values of a parameter, the most common first; empty if scenes cannot set it.
+/// Returns valid values of a parameter, its default first, or an empty list if scenes cannot set it.
 pub fn good(p: &Declared) -> Vec<Value> {
     let mut out = Vec::new();
     if p.fallback != Value::Nil {
@@ -102,7 +102,8 @@ pub fn good(p: &Declared) -> Vec<Value> {
     unique
 }
 
-/// Returns numbers within the bounds of a parameter, near its default if it has one.
+/// Returns candidate values of a parameter: near its default, if it has one, then at its bounds and between them. Those
+/// near the default may be out of bounds.
 fn between(p: &Declared) -> Vec<f64> {
     let (low, high) = (p.lowest.is_finite().then_some(p.lowest), p.highest.is_finite().then_some(p.highest));
     let middle = match (low, high) {

@@ -46,8 +46,8 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Loads a copy of a library under another name. Host tables are truncated to the sizes that the plugin declares to
-    /// need, so that a call beyond them is detected.
+    /// Loads a copy of a library under another name. Host tables are truncated to the sizes that the plugin declares
+    /// that it needs, so that a call beyond them is detected.
     pub fn load(file: &Path) -> Result<Self, Error> {
         let cannot = |e: std::io::Error| Error::new("E105", format!("cannot copy {}: {e}", file.display()));
         let folder = tempfile::tempdir().map_err(cannot)?;

@@ -70,7 +70,7 @@ impl Faces {
 /// result is the nearest admissible point; points that are not admissible do not occlude others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
-    /// Pose of the beam in the world, which starts at the origin of its frame and points along +z.
+    /// Pose of the beam's frame in the world. The beam starts at the origin of this frame and points along +z.
     pub world_from_beam: Isometry3<f64>,
     /// The region that is searched.
     pub volume: Volume,

@@ -24,7 +24,7 @@ const STRAY: f64 = 1.5;
 /// The targets near a group of beams.
 pub(super) struct Candidates {
     quads: ArrayVec<Quad, QUADS>,
-    /// Indices of targets, four for each quad.
+    /// Indices of targets: four for each quad, or fewer for the last one.
     targets: ArrayVec<u32, MOST>,
 }
 
@@ -72,7 +72,7 @@ impl Candidates {
         Some(Candidates { quads, targets })
     }
 
-    /// Like [`Tree::walk`], but passes the indices of targets to `visit`.
+    /// Visits the candidates like [`Tree::walk`], but passes the indices of targets to `visit`.
     pub fn walk(&self, probe: &Probe, limit: f64, mut visit: impl FnMut(u32, f64) -> f64) {
         walk(&self.quads, self.quads.len(), probe, limit, |place, limit| visit(self.targets[place], limit));
     }

@@ -4,9 +4,9 @@
 //! At a given angle around the axis of the cylinder, the surface is a straight line, whose nearest admissible point has
 //! a closed form. Over an interval of angles, the surface is within a known offset of a flat strip. A lower bound is
 //! the distance of the nearest point of that strip in a cone widened by the offset, minus the offset. Intervals whose
-//! bound is not below the distance of the best point so far are dropped, and all others are halved. Because the offset
-//! decreases with the square of the width, only a few intervals remain at each level. Dropped intervals cannot contain
-//! a nearer point, so the result is the global minimum to within [`TOLERANCE`].
+//! bound is not below the distance of the best point so far by more than [`TOLERANCE`] are dropped, and all others are
+//! halved. Because the offset decreases with the square of the width, only a few intervals remain at each level. When
+//! no interval is left, the result is the global minimum to within the tolerance.
 //!
 //! The common case, a convex cone and a solid seen from outside, is settled beforehand by a tangent plane
 //! ([`CylinderSide::proven`]).

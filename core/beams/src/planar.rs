@@ -33,7 +33,7 @@ impl Nearest {
         self.offer_at(point.norm(), point);
     }
 
-    /// Like [`offer`](Self::offer), but for a point whose exact distance is given.
+    /// Considers a point like [`offer`](Self::offer), but with its exact distance given by the caller.
     pub fn offer_at(&mut self, distance: f64, point: Vector3<f64>) {
         if distance >= self.near && distance <= self.reach && distance < self.distance {
             self.distance = distance;

@@ -41,7 +41,7 @@ const CHUNK: usize = 64;
 /// If fewer than one in `FEW` targets move, only the ancestors of each moved target are refitted; otherwise the whole
 /// tree is.
 const FEW: usize = 8;
-/// Number of moves per task of the thread pool.
+/// Number of moved targets per task of the thread pool.
 const MOVES: usize = 256;
 
 /// The set of targets that beams are cast against.
@@ -55,7 +55,7 @@ pub struct BeamScene {
     pub(super) trees: Vec<Option<Arc<MeshTree>>>,
     /// The meshes in use, by address. Keeping a reference to each mesh prevents its address from being reused.
     pub(super) meshes: HashMap<usize, (Arc<Mesh>, Arc<MeshTree>)>,
-    /// Bounding box of each target in the world frame; empty for an unbounded form.
+    /// Bounding box of each target in the world frame; empty for an unbounded form and for an invalid pose or size.
     boxes: Vec<Aabb>,
     /// Targets with an unbounded form, tested for every beam.
     pub(super) unbounded: Vec<u32>,
@@ -106,12 +106,12 @@ impl BeamScene {
         &self.targets
     }
 
-    /// Moves targets, which are given by their indices in [`targets`](Self::targets). Each move takes time proportional
-    /// to the depth of the tree; if many targets move, the whole tree is refitted once instead. Long lists are
-    /// processed in rayon's current pool.
+    /// Moves targets, which are given by their indices in [`targets`](Self::targets). The time per target is
+    /// proportional to the depth of the tree; if many targets move, the whole tree is refitted once instead. Long lists
+    /// are processed in rayon's current pool.
     ///
     /// # Panics
-    /// If an index is out of range.
+    /// Panics if an index is out of range.
     pub fn update_poses(&mut self, poses: &[(usize, Isometry3<f64>)]) {
         let mut around = std::mem::take(&mut self.around);
         if poses.len() <= MOVES {
@@ -140,7 +140,7 @@ impl BeamScene {
     /// Moves one target, in time proportional to the depth of the tree.
     ///
     /// # Panics
-    /// If the index is out of range.
+    /// Panics if the index is out of range.
     pub fn update_pose(&mut self, index: usize, pose: Isometry3<f64>) {
         self.update_poses(&[(index, pose)]);
     }
@@ -157,7 +157,7 @@ impl BeamScene {
     /// Sets the colour of a target, given by its index in [`targets`](Self::targets).
     ///
     /// # Panics
-    /// If the index is out of range.
+    /// Panics if the index is out of range.
     pub fn set_color(&mut self, index: usize, color: [f32; 3]) {
         self.targets[index].color = color;
     }
@@ -165,7 +165,7 @@ impl BeamScene {
     /// Casts `beams` in rayon's current pool; `hits[i]` receives the result of `beams[i]`.
     ///
     /// # Panics
-    /// If the lengths differ.
+    /// Panics if the lengths of `beams` and `hits` differ.
     pub fn cast(&self, beams: &[Beam], hits: &mut [Hit]) {
         assert_eq!(beams.len(), hits.len(), "`hits` must have one element per beam");
         if beams.len() <= CHUNK {
@@ -174,7 +174,7 @@ impl BeamScene {
         beams.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(beams, hits)| self.cast_here(beams, hits));
     }
 
-    /// Like [`cast`](Self::cast), but on the current thread.
+    /// Casts beams like [`cast`](Self::cast), but on the current thread.
     pub fn cast_here(&self, beams: &[Beam], hits: &mut [Hit]) {
         let mut done = 0;
         while done < beams.len() {

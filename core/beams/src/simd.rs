@@ -19,8 +19,8 @@ pub(crate) fn level() -> Level {
 /// Runs `work` with the token of a level, in code that is compiled for this level: on x86 with registers of 512, 256 or
 /// 128 bits, elsewhere for the baseline of the architecture.
 ///
-/// The crate's own macro would compile the code twice for 128 bits. Closures in `work` that use the token need
-/// `#[inline(always)]`, as do functions; otherwise they are not compiled for the level.
+/// The macro `dispatch` of `fearless_simd` would compile the code twice for 128 bits. Closures in `work` that use the
+/// token need `#[inline(always)]`, as do functions; otherwise they are not compiled for the level.
 macro_rules! dispatch {
     ($level:expr, $simd:ident => $work:expr) => {{
         let level: fearless_simd::Level = $level;

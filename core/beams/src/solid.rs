@@ -146,8 +146,8 @@ fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
     with_side(cone, radius, half_length, least, best)
 }
 
-/// Returns the nearer of the point found on the ends of a cylinder or capsule, which is at distance `least`, and the
-/// nearest point on its side.
+/// Returns the nearer of `ends`, the nearest admissible point on the ends of a cylinder or capsule, and the nearest
+/// admissible point on its side. `least` is the distance of the solid from the apex.
 fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Option<Found>) -> Option<Found> {
     let on_side = |(distance, point, normal): OnCylinderSide| Found { distance, point, normal, primitive: 0 };
     let covered = covered(cone, least);

@@ -73,8 +73,8 @@ impl Quad {
             |x| x.sqrt() - SLACK,
         )
     }
-    /// Like `distances`, but returns infinity for boxes beyond the limit and those that a volume misses. `misses`
-    /// receives the centre of a box, relative to the origin, and half of its size.
+    /// Returns the same bounds as `distances`, but infinity for boxes that are beyond the limit or that a volume
+    /// misses. `misses` receives the centre of a box, relative to the origin, and half of its size.
     #[inline(always)]
     fn bounds(
         &self,
@@ -138,7 +138,7 @@ impl Slabs {
     }
 }
 
-/// The tree. In its list of quads, every child follows its parent.
+/// The hierarchy. In its list of quads, every child follows its parent.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tree {
     quads: Vec<Quad>,
@@ -300,7 +300,7 @@ impl Tree {
         walk(&self.quads, 1, probe, limit, visit);
     }
 
-    /// Like [`walk`](Self::walk), but with bounds computed by the caller.
+    /// Visits the items like [`walk`](Self::walk), but with bounds that `bounds_of` computes.
     #[inline(always)]
     pub fn walk_by(
         &self,

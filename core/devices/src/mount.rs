@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use tatu_physics::{BodyId, Engine, JointId, JointState, Push};
 use tatu_scene::{Data, Dynamics, JointType, Scene};
 
-/// The motion of a mount, in the world frame and SI units.
+/// The pose and velocity of a mount in the world frame, and the state of its joint, in SI units.
 pub(crate) struct Motion {
     pub pose: Isometry3<f64>,
     pub twist: [f64; 6],
@@ -80,7 +80,7 @@ impl Mount {
         mount
     }
 
-    /// Returns the mount's current motion.
+    /// Returns the current pose and velocity of the mount, and the state of its joint.
     pub fn motion(&self, engine: &dyn Engine) -> Motion {
         let base = self.carrier.map_or(Isometry3::identity(), |body| engine.pose(body));
         let state = self.hinge.map(|h| (h, engine.joint_state(h.joint)));

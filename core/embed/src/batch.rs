@@ -32,11 +32,12 @@ struct Worker {
 }
 
 impl Batch {
-    /// Creates a world from each setup, on up to `threads` threads. Consecutive equal setups share a document, and all
-    /// worlds share the plugins of the first setup.
+    /// Creates a world from each setup, on up to `threads` threads. Consecutive equal setups share a document if their
+    /// worlds are on the same thread; all worlds share the plugins of the first setup.
     ///
     /// # Errors
-    /// `setups` is empty, or a world cannot be created; the error is that of the world with the lowest index.
+    /// `setups` is empty, a thread cannot be started, or a world cannot be created. If several worlds cannot be
+    /// created, the error is that of the world with the lowest index.
     pub fn open(setups: Vec<Setup>, threads: usize) -> Result<Self> {
         let count = setups.len();
         let Some(first) = setups.first() else {
@@ -86,8 +87,8 @@ impl Batch {
     /// and waits until all calls have returned.
     ///
     /// # Errors
-    /// `f` failed for a world; the error is that of the world with the lowest index. `f` is still called for all other
-    /// worlds.
+    /// The process is a forked copy of the one that created the batch, or `f` failed or panicked for a world. The error
+    /// is that of the world with the lowest index; `f` is still called for all other worlds.
     pub fn each<O: Send>(&self, out: &mut [O], f: impl Fn(usize, &mut Seat, &mut O) -> Result + Sync) -> Result {
         if self.process != process::id() {
             return Err(of_another_process(self.process));
@@ -117,7 +118,8 @@ impl Batch {
     /// Calls `f` with one world, on its thread, and waits for the result.
     ///
     /// # Errors
-    /// `f` failed, or there is no such world.
+    /// The process is a forked copy of the one that created the batch, there is no such world, or `f` failed or
+    /// panicked.
     pub fn one<T: Send>(&self, world: usize, f: impl FnOnce(&mut Seat) -> Result<T> + Send) -> Result<T> {
         if self.process != process::id() {
             return Err(of_another_process(self.process));

@@ -15,8 +15,8 @@ use tatu_core::{
 
 use crate::{Engine, Seat, Setup, line::Line};
 
-/// Stack size of a world's thread, bytes. It is as large as that of a main thread on Linux, because scripts and
-/// importers recurse.
+/// Stack size of a world's thread, bytes: the usual size for the main thread on Linux, because scripts and importers
+/// recurse.
 pub(crate) const STACK: usize = 8 << 20;
 
 /// A world that any thread may use. Calls from several threads take turns.
@@ -79,8 +79,8 @@ impl Host {
     /// Calls `f` with the world, on the world's thread, and waits for the result.
     ///
     /// # Errors
-    /// `f` failed; the process is a forked copy of the one that created the world; or `f` panicked, which is a bug in
-    /// the simulator and makes the world unusable.
+    /// `f` failed; the process is a forked copy of the one that created the world; or `f` panicked in this call or an
+    /// earlier one. A panic is a bug in the simulator, and makes the world unusable.
     pub fn with<T: Send>(&self, f: impl FnOnce(&mut Seat) -> Result<T> + Send) -> Result<T> {
         if self.process != process::id() {
             return Err(of_another_process(self.process));

@@ -1,7 +1,7 @@
 //! Passes jobs to a thread, and waits until they are done.
 //!
-//! A step takes 10 to 200 us, and waking a thread about 10 us. A waiting thread therefore spins for a while before it
-//! sleeps, provided that no more threads spin or work than there are processors.
+//! A step of a world takes 10 to 200 us, and waking a thread about 10 us. A waiting thread therefore spins for a while
+//! before it sleeps, provided that no more threads spin or work than there are processors.
 
 use std::{
     cell::UnsafeCell,
@@ -26,7 +26,7 @@ const DONE: u32 = 2;
 /// Longest time for which a thread spins for new work, or a caller for the completion of its work, before it sleeps.
 const LOOKS: Duration = Duration::from_micros(300);
 
-/// Number of threads in this process that work or spin.
+/// Number of threads in this process that spin in [`wait`] or run a job of a [`Line`].
 static BUSY: AtomicUsize = AtomicUsize::new(0);
 
 fn processors() -> usize {
@@ -57,7 +57,7 @@ fn wait(ready: impl Fn() -> bool) {
 /// A job for a thread that owns a `T`.
 type Job<'a, T> = dyn FnMut(&mut T) + Send + 'a;
 
-/// Posted work.
+/// A posted job, and the thread that waits for it.
 struct Work<T> {
     /// The job; `None` ends [`Line::serve`].
     job: Option<*mut Job<'static, T>>,

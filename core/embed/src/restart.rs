@@ -1,4 +1,4 @@
-//! Starts this program again, for tasks that need a separate process.
+//! Builds the command that starts this program again, for tasks that need a separate process.
 
 use std::{ffi::OsString, io, process::Command, sync::OnceLock};
 
@@ -7,7 +7,8 @@ use std::{ffi::OsString, io, process::Command, sync::OnceLock};
 static STARTED_BY: OnceLock<Vec<OsString>> = OnceLock::new();
 
 /// Sets the command that starts the command-line interface if it is embedded in another program, such as an interpreter
-/// with the arguments that precede those of the command-line interface. Only the first call has an effect.
+/// with the arguments that precede those of the command-line interface. Empty commands are ignored, and only the first
+/// other call has an effect.
 pub fn started_by(command: Vec<OsString>) {
     if !command.is_empty() {
         let _ = STARTED_BY.set(command);

@@ -25,14 +25,15 @@ pub fn built() -> Vec<&'static str> {
     env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
 }
 
-/// Returns the folders to search for plugins, with or without a scene. `allow` contains the values of `--allow`.
+/// Returns the folders to search for plugins and models, for a scene file or, if `scene` is `None`, without a scene.
+/// `allow` contains the values of `--allow`.
 pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Result<Searched, Error> {
     let exe = program_file();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
     let mut search = Search::standard(exe.as_deref(), environment.as_deref(), &built());
     let mut untrusted = Vec::new();
     if let Some(scene) = scene {
-        for folder in document::plugin_folders(scene, sources)? {
+        for folder in document::plugin_folders(scene, sources).map_err(|e| similar_scene(e, scene))? {
             let known = search.folders.iter().any(|(f, _)| same_folder(f, &folder));
             let mut own = Search { built: search.built.clone(), ..Search::default() };
             own.add_scene_folder(folder.clone());
@@ -64,7 +65,8 @@ pub fn untrusted(scene: &Path, folder: &Path) -> Error {
 }
 
 /// Returns the folders that are searched for models before those of the program, in order: `models` beside the scene
-/// or, without a scene, in the working folder; the folders in `TATU_MODEL_PATH`; and the user's folder.
+/// or, without a scene, in the working folder; the parent folder, if the scene is the file of a model; the folders in
+/// `TATU_MODEL_PATH`; and the user's folder.
 fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
     let here = scene.and_then(Path::parent).unwrap_or(Path::new(""));
     let mut folders = vec![here.join("models")];
@@ -79,16 +81,18 @@ fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
 }
 
 /// Returns the file of a scene: the path itself if it exists; otherwise a scene that comes with the program, by its
-/// path below `scenes`, or by its file name if exactly one scene has this name. The suffix `.toml` may be omitted.
+/// path below `scenes` (with or without this prefix), or by its file name if exactly one scene has this name. The
+/// suffix `.toml` may be omitted. If there is no such scene, the path is returned unchanged.
 pub fn scene_file(given: &Path) -> PathBuf {
     if given.as_os_str().is_empty() || given.is_absolute() || given.exists() {
         return given.to_owned();
     }
-    let mut wanted = vec![given.to_owned()];
-    if given.extension().is_none() {
-        wanted.push(given.with_extension("toml"));
+    let name = given.strip_prefix("scenes").unwrap_or(given);
+    let mut wanted = vec![name.to_owned()];
+    if name.extension().is_none() {
+        wanted.push(name.with_extension("toml"));
     }
-    let is_name = given.components().count() == 1;
+    let is_name = name.components().count() == 1;
     for folder in folders_of_program("scenes") {
         if let Some(file) = wanted.iter().map(|name| folder.join(name)).find(|file| file.is_file()) {
             return file;
@@ -106,6 +110,27 @@ pub fn scene_file(given: &Path) -> PathBuf {
     given.to_owned()
 }
 
+/// Adds the hint "did you mean ...?" to the error for a scene that does not exist, if a scene that comes with the
+/// program has a similar name.
+fn similar_scene(error: Error, given: &Path) -> Error {
+    if given.exists() {
+        return error;
+    }
+    let entries = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
+    let folders = folders_of_program("scenes").into_iter().flat_map(|folder| entries(&folder).collect::<Vec<_>>());
+    let files = folders.flat_map(|folder| entries(&folder).collect::<Vec<_>>());
+    let mut names: Vec<String> = files
+        .filter(|file| file.extension().is_some_and(|e| e == "toml"))
+        .filter_map(|file| {
+            let folder = file.parent()?.file_name()?.to_string_lossy().into_owned();
+            Some(format!("{folder}/{}", file.file_name()?.to_string_lossy()))
+        })
+        .collect();
+    names.sort();
+    let given = given.strip_prefix("scenes").unwrap_or(given).to_string_lossy().into_owned();
+    error.nearest(&given, names.iter().map(String::as_str))
+}
+
 /// Returns the existing folders named `name` that come with the program.
 pub fn folders_of_program(name: &str) -> Vec<PathBuf> {
     let program = program_file();
@@ -114,7 +139,7 @@ pub fn folders_of_program(name: &str) -> Vec<PathBuf> {
 }
 
 /// Returns the folder in which the user installs plugins, which need not exist, or `None` if the environment does not
-/// define a home folder.
+/// define the user's data folder by an absolute path.
 pub fn user_folder() -> Option<PathBuf> {
     user_folder_of(|name| std::env::var_os(name))
 }

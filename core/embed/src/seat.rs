@@ -12,13 +12,13 @@ use crate::{Engine, Setup};
 pub struct Seat {
     setup: Setup,
     engine: Engine,
-    /// Services of the world, which end before the world does.
+    /// The services that the setup starts; `None` if there are none, or if they have been ended.
     session: Option<Session>,
     /// `None` only if the last reset or restore failed to rebuild the world.
     world: Option<World>,
 }
 
-/// Progress of a world in [`Seat::step`].
+/// The result of [`Seat::step`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stepped {
     /// Number of steps run.
@@ -90,7 +90,8 @@ impl Seat {
         Ok(Stepped { steps: n, running: true })
     }
 
-    /// Rebuilds the world in its initial state. `seed` and `set` replace those of the setup if they are given.
+    /// Rebuilds the world in its initial state. `seed` and `set`, if given, replace those of the setup, for later
+    /// resets as well.
     ///
     /// # Errors
     /// A change is invalid, in which case the old world remains unchanged, or the new world cannot be created.

@@ -109,7 +109,7 @@ pub struct Engine {
     pub registry: Arc<Registry>,
     /// The document of the scene.
     pub document: Arc<Document>,
-    /// Warnings of plugins and of the scene.
+    /// The reasons why plugins were refused, and the warnings about the scene.
     pub warnings: Vec<String>,
 }
 

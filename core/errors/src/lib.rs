@@ -1,6 +1,6 @@
 //! Errors of documents and plugins before a run, and faults during one.
 //!
-//! - [`Error`]: the reason why something could not be started, with its [`Place`] in a file;
+//! - [`Error`]: the reason why an operation on a scene, plugin, snapshot or world failed, with its [`Place`] in a file;
 //! - [`Fault`]: an error during a run;
 //! - [`Refusal`]: the reason why a property could not be read or set.
 
@@ -22,14 +22,15 @@ pub struct Place {
 }
 
 impl Place {
-    /// Returns the position of the line `line` of `file`, counted from 1; 0 stands for the whole file. The span is
-    /// empty if `bytes`, the contents of the file, do not include that line.
+    /// Returns the position of line `line` of `file`, counted from 1; 0 stands for the whole file. `bytes` are the
+    /// contents of the file; if they do not include that line, the span is empty.
     pub fn of_line(file: PathBuf, bytes: &[u8], line: usize) -> Self {
         Place { file, line, column: 1, span: line_span(bytes, line) }
     }
 }
 
-/// Returns the byte range of a line, counted from 1, without surrounding white space; empty if there is no such line.
+/// Returns the byte range of a line without surrounding white space. Lines are counted from 1; the range is empty if
+/// there is no such line.
 fn line_span(bytes: &[u8], line: usize) -> Range<usize> {
     let mut start = 0;
     for (n, text) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
@@ -42,7 +43,8 @@ fn line_span(bytes: &[u8], line: usize) -> Range<usize> {
     0..0
 }
 
-/// The reason why something could not be started: what went wrong, where, what was expected, and a hint.
+/// The reason why an operation outside a run failed, such as loading a scene: what went wrong, where, what was
+/// expected, and a hint.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Error {
     /// Stable code, such as "E103"; documented in `docs/reference/errors.md`.
@@ -65,7 +67,7 @@ impl Error {
     pub fn new(code: &'static str, text: impl Into<String>) -> Self {
         Error { code, text: text.into(), ..Default::default() }
     }
-    /// Sets the position, unless the error already has one.
+    /// Sets the position if the error does not have one yet; `None` leaves it unset.
     pub fn at(mut self, place: Option<Place>) -> Self {
         if self.place.is_none() {
             self.place = place.map(Box::new);
@@ -112,7 +114,8 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// Returns the name in `known` that is most similar to the misspelt `name`, if any is similar enough.
+/// Returns the name in `known` that is most similar to the misspelt `name`, ignoring case, or `None` if no name is
+/// similar enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -128,7 +131,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 pub enum FaultKind {
     /// An unknown command was called.
     UnknownFunction,
-    /// The command or setting is recognized, but not supported here.
+    /// The command or setting is recognized, but is not supported or cannot be used here.
     Unsupported,
     /// An argument is invalid.
     BadArgument,
@@ -140,7 +143,7 @@ pub enum FaultKind {
     Budget,
     /// A plugin failed or panicked.
     Plugin,
-    /// The physics engine lost a body.
+    /// The motion of a body became infinite, and the body was frozen.
     Physics,
     /// A plugin call did not return.
     Stuck,
@@ -220,12 +223,12 @@ pub struct Fault {
     /// Traceback of the script, innermost call first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub traceback: Option<String>,
-    /// Number of occurrences.
+    /// Number of times that the fault has occurred.
     pub count: u64,
 }
 
 impl Fault {
-    /// Creates a fault.
+    /// Creates a fault that has occurred once, without a plugin, script, object or position.
     pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
         Fault {
             code: kind.code(),
@@ -241,7 +244,8 @@ impl Fault {
             count: 1,
         }
     }
-    /// Returns whether two faults have the same kind, message, plugin, object and position.
+    /// Returns whether two faults have the same kind, message, plugin, object, file and line, and are therefore counted
+    /// as one.
     pub fn same_as(&self, other: &Fault) -> bool {
         self.kind == other.kind
             && self.message == other.message

@@ -11,8 +11,8 @@ use crate::form::{Form, Mesh};
 /// Maximum number of pixels in an image, which occupy 64 MiB at 4 bytes per pixel.
 pub const MOST_PIXELS: usize = 16 << 20;
 
-/// Offset added to positions in an image, as a fraction of the image's size. It prevents rounding errors from mixing
-/// two pixels on a surface that follows the border between them exactly.
+/// Offset added to projected positions in an image, as a fraction of the image's size. It prevents rounding errors from
+/// mixing two pixels on a surface that follows the border between them exactly. Texture coordinates are not offset.
 const NUDGE: f64 = 1e-6;
 
 /// An RGBA image, with 8 bits per channel.
@@ -102,7 +102,7 @@ pub enum Blend {
     Modulate,
     /// The image covers the surface's colour in proportion to the image's opacity.
     Decal,
-    /// The colours of the image and the surface are added.
+    /// The colours of the image and the surface are added, and each channel is limited to 1.
     Add,
 }
 
@@ -229,7 +229,8 @@ impl Texture {
 }
 
 impl Mesh {
-    /// Returns the texture coordinates at a point of a triangle, interpolated between its corners.
+    /// Returns the texture coordinates at a point of a triangle, interpolated between its corners, or `None` if the
+    /// triangle, or a vertex or texture coordinate of a corner, does not exist.
     fn place(&self, triangle: u32, point: &Point3<f64>) -> Option<[f64; 2]> {
         let corners = *self.triangles.get(triangle as usize)?;
         let [a, b, c] = corners.map(|i| self.vertices.get(i as usize));

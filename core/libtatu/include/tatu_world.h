@@ -46,7 +46,7 @@ typedef struct tatu_world_setup {
   const char *const *scripts; /* scripts that replace those of objects: "/Robot=controller.lua" */
   const char *const *allow;   /* permissions: of scripts "exec", "native", "net=HOST:PORT"; of the scene "plugins" */
   const char *const *plugins; /* plugin libraries, or folders that contain plugin libraries */
-  uint64_t seed;              /* seed of all random numbers, if has_seed is 1; otherwise the scene's own seed is used */
+  uint64_t seed;              /* seed of all random numbers, unless has_seed is 0; then the scene's own seed is used */
   uint32_t has_seed;
   uint32_t reserved;
 } tatu_world_setup;
@@ -63,7 +63,7 @@ TATU_EXPORT tatu_status tatu_world_close(tatu_world_handle *);
 TATU_EXPORT tatu_status tatu_world_step(tatu_world_handle *, uint64_t n, uint64_t *done);
 /* Resets the world to time 0, with a different seed if `seed` is not null. */
 TATU_EXPORT tatu_status tatu_world_reset(tatu_world_handle *, const uint64_t *seed);
-/* Return the simulation time, s, and the duration of a step, s; negative if there is no such world. */
+/* Return the simulation time and the duration of a step, both in s, or -1 if the call fails. */
 TATU_EXPORT double tatu_world_time(tatu_world_handle *);
 TATU_EXPORT double tatu_world_dt(tatu_world_handle *);
 /* Computes the hash of the state, which is the same on every machine for the same scene, seed and calls. */

@@ -43,8 +43,8 @@ thread_local! {
     static LAST: RefCell<CString> = RefCell::default();
 }
 
-/// Runs `f`. Stores the message of a failure or a panic as the last error of this thread, and returns the result of
-/// `failed`.
+/// Runs `f`. If it fails or panics, stores the message as the last error of this thread, and returns the result of
+/// `failed`, which receives the status.
 pub fn guarded<T>(failed: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, Wrong>) -> T {
     let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(done)) => return done,
@@ -60,12 +60,13 @@ pub fn guarded<T>(failed: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Res
     failed(status)
 }
 
-/// Like [`guarded`], for functions that return a status.
+/// Like [`guarded`], but returns `TATU_OK` or the status of the failure.
 pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
     guarded(|status| status, || f().map(|()| TATU_OK))
 }
 
-/// Returns the message of the last failure on this thread, valid until the next failure on it.
+/// Returns the message of the last failure on this thread, or an empty string if there was none. The string is valid
+/// until the next failure on this thread.
 pub fn last() -> *const c_char {
     LAST.with(|last| last.borrow().as_ptr())
 }

@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::tatu_str;
 
 use crate::answer::Wrong;
 
-/// Converts a C string that the caller passes; error messages refer to it as `what`.
+/// Borrows a C string that the caller passes. Fails if it is null or not UTF-8; the message refers to it as `what`.
 ///
 /// # Safety
 /// `text` must be null, or a zero-terminated string that lives for `'a`.
@@ -19,7 +19,7 @@ pub unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str, Wrong
     text.to_str().map_err(|_| Wrong::argument(format!("{what} is not UTF-8")))
 }
 
-/// Writes a result, unless the caller passes null for it.
+/// Writes a result to `out`, unless `out` is null.
 ///
 /// # Safety
 /// `out` must be null or valid for writing a `T`.
@@ -34,7 +34,7 @@ pub unsafe fn give<T>(out: *mut T, value: T) {
 /// Returns the bytes of a string that the caller passes.
 ///
 /// # Safety
-/// `text` must be null, or point to `len` bytes that live for `'a`.
+/// `text.ptr` must be null, or point to `text.len` bytes that live for `'a`.
 pub unsafe fn bytes<'a>(text: tatu_str) -> &'a [u8] {
     match text.ptr.is_null() || text.len == 0 {
         true => &[],

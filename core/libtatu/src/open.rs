@@ -17,24 +17,24 @@ use tatu_plugin_api::{
 
 use crate::answer::Wrong;
 
-/// Nominal pointee of handles; no value of this type exists.
+/// The type to which handles nominally point. No value of this type exists, since handles are integers.
 pub enum Handle {}
 
-/// An open world.
+/// An open world, and the memory that its last answer lends to the caller.
 struct Open {
     host: Host,
     /// Memory to which the last answer points.
     answer: Mutex<Answer>,
 }
 
-/// The memory of an answer, which is valid until the next answer.
+/// Memory that an answer lends to the caller until the next answer of the same kind replaces it.
 #[derive(Default)]
 pub struct Answer {
     values: Owned,
     bytes: Vec<u8>,
 }
 
-/// Pointers into an answer.
+/// Pointers into the memory of an [`Answer`], on their way to the caller.
 pub struct Lent<T>(pub T);
 
 // SAFETY: the pointers are passed from the world's thread to the caller, who alone uses them; what they point to is
@@ -93,7 +93,7 @@ fn stranger() -> Wrong {
     Wrong(TATU_ERR_GONE, "there is no such world: it was never opened, or has been closed".into())
 }
 
-/// Closes a world. It ends as soon as no other thread uses it.
+/// Closes a world, so its handle becomes invalid. The world ends as soon as no other thread uses it.
 pub fn remove(world: *mut Handle) -> Result<(), Wrong> {
     let open = OPEN.lock().unwrap_or_else(PoisonError::into_inner).remove(&world.addr());
     open.map(drop).ok_or_else(stranger)

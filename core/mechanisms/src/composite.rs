@@ -41,7 +41,7 @@ impl MassMatrix {
         }
     }
 
-    /// Adds the product of the matrix and `x` to `out`; zero entries of `x` are skipped.
+    /// Adds the product of the matrix and `x` to `out`.
     pub fn add_product(&self, tree: &Tree, x: &[f64], out: &mut [f64]) {
         for d in 0..x.len() {
             let (first, last) = (tree.rows[d], tree.rows[d + 1] - 1);
@@ -54,7 +54,7 @@ impl MassMatrix {
         }
     }
 
-    /// Returns an entry of the diagonal.
+    /// Returns the diagonal entry of velocity `d`.
     #[inline]
     pub fn diagonal(&self, tree: &Tree, d: usize) -> f64 {
         self.entries[tree.rows[d + 1] - 1]

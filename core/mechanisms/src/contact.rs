@@ -17,8 +17,8 @@ pub struct Side {
 pub struct Contact {
     /// The two bodies; `None` stands for a body that is not a link of a member. At least one of them must be a link.
     pub sides: [Option<Side>; 2],
-    /// Vector from the origin of each link to the point, in world axes, m. It does not rotate with the link, because a
-    /// rolling wheel always touches the ground below its axle.
+    /// Vector from the origin of each link to the point, in world axes, m; ignored for a body that is not a link. It
+    /// does not rotate with the link, because a rolling wheel always touches the ground below its axle.
     pub arms: [Vector3<f64>; 2],
     /// Distance between the surfaces along the normal, m; negative if they overlap. A step updates it from the
     /// velocities of the point on both bodies.

@@ -1,4 +1,4 @@
-//! Drives, springs and external forces on the joints of a tree, which users set.
+//! The drives, springs and external forces with which users act on the joints of a tree.
 
 use crate::{
     error::{DynamicsError, check},
@@ -26,7 +26,8 @@ impl Bound {
         Bound { force, full_speed: f64::INFINITY, no_load_speed: f64::INFINITY }
     }
 
-    /// Returns the bound of a motor whose force decreases linearly from `force` at rest to 0 at `no_load_speed`.
+    /// Returns the bound of a motor whose maximum force decreases linearly from `force` at rest to 0 at
+    /// `no_load_speed`.
     pub const fn motor(force: f64, no_load_speed: f64) -> Self {
         Bound { force, full_speed: 0.0, no_load_speed }
     }
@@ -37,7 +38,7 @@ impl Bound {
 pub enum Drive {
     /// No drive.
     Off,
-    /// Holds a velocity, with the necessary force within the bound.
+    /// Holds a velocity with the force that this requires, limited to the bound.
     Velocity {
         /// Velocity to hold, rad/s or m/s.
         target: f64,
@@ -96,7 +97,8 @@ impl Drives {
         Drives { drive: vec![Drive::Off; n], spring: vec![Spring::default(); n], force: vec![0.0; n] }
     }
 
-    /// Returns an error if the lists do not match the tree, a value is not finite, or a bound is invalid.
+    /// Returns an error if an array does not have one entry per velocity, a value is not finite, a gain is negative, a
+    /// bound is invalid, or a spring or position drive acts on a joint with several velocities.
     pub(crate) fn check(&self, tree: &Tree) -> Result<(), DynamicsError> {
         let expected = tree.velocities();
         for (what, found) in [("drive", self.drive.len()), ("spring", self.spring.len())] {

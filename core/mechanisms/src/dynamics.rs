@@ -55,7 +55,7 @@ impl Dynamics {
     ///
     /// # Errors
     ///
-    /// Fails if the state or this object belongs to another tree, or a value is not finite.
+    /// Fails if the state or this object has a size that does not match the tree, or a value is not finite.
     pub fn update(&mut self, tree: &Tree, state: &State) -> Result<(), DynamicsError> {
         self.kinematics.update(tree, state)?;
         self.v.copy_from_slice(&state.v);
@@ -73,7 +73,8 @@ impl Dynamics {
     ///
     /// # Errors
     ///
-    /// Fails if `out` has the wrong length, or this object belongs to another tree.
+    /// Fails if the length of `out` is not the square of the number of velocities, or this object was created for a
+    /// tree of another size.
     pub fn mass_matrix(&self, tree: &Tree, out: &mut [f64]) -> Result<(), DynamicsError> {
         self.kinematics.belongs(tree)?;
         let n = tree.velocities();
@@ -96,8 +97,8 @@ impl Dynamics {
     ///
     /// # Errors
     ///
-    /// Fails if `out` does not have one entry per velocity, this object belongs to another tree, or gravity is not
-    /// finite.
+    /// Fails if `out` does not have one entry per velocity, this object was created for a tree of another size, or
+    /// gravity is not finite.
     pub fn bias(&mut self, tree: &Tree, gravity: Vector3<f64>, out: &mut [f64]) -> Result<(), DynamicsError> {
         let gravity = self.ready(tree, gravity, out)?;
         self.sweep.run(tree, &self.kinematics, &self.v, None, gravity, out);
@@ -127,8 +128,8 @@ impl Dynamics {
     }
 
     /// Writes the accelerations a, rad/s² or m/s², under generalised forces, Nm or N: the solution of M a = force - b.
-    /// Complexity: linear in the number of links, plus at most the sum of squared depths for the first call after an
-    /// update, which factorises the matrix.
+    /// Complexity: number of links plus the sum of depths; for the first call after an update, which factorises the
+    /// matrix, at most the sum of squared depths.
     ///
     /// # Errors
     ///
@@ -157,7 +158,8 @@ impl Dynamics {
     ///
     /// # Errors
     ///
-    /// Fails if `x` does not have one entry per velocity or is not finite, and like [`forward`](Self::forward).
+    /// Fails if `x` does not have one entry per velocity or is not finite, or this object was created for a tree of
+    /// another size. Fails with [`DynamicsError::Singular`] like [`forward`](Self::forward).
     pub fn solve(&mut self, tree: &Tree, x: &mut [f64]) -> Result<(), DynamicsError> {
         self.kinematics.belongs(tree)?;
         check("x", x, tree.velocities())?;
@@ -171,7 +173,7 @@ impl Dynamics {
     ///
     /// # Errors
     ///
-    /// Fails if this object belongs to another tree, or gravity is not finite.
+    /// Fails if this object was created for a tree of another size, or gravity is not finite.
     pub fn energy(&mut self, tree: &Tree, gravity: Vector3<f64>) -> Result<(f64, f64), DynamicsError> {
         let mut work = std::mem::take(&mut self.work);
         let ready = self.ready(tree, gravity, &work);

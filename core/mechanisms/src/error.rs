@@ -40,8 +40,8 @@ pub enum TreeError {
         /// Length of the axis.
         length: f64,
     },
-    /// The inertia is not that of a rigid body: it is not symmetric, or a principal moment exceeds the sum of the other
-    /// two.
+    /// The inertia is not that of a rigid body: it is not symmetric, it is not 0 although the mass is, or a principal
+    /// moment is negative or exceeds the sum of the other two.
     #[error("link {link}: `inertia` is not that of a rigid body: {why}")]
     Inertia {
         /// Index of the link.
@@ -49,7 +49,7 @@ pub enum TreeError {
         /// The condition that is violated.
         why: &'static str,
     },
-    /// A joint moves no mass, and has no armature.
+    /// A joint moves no mass and has no armature, so its acceleration would be undefined.
     #[error("link {link}: its joint moves no mass: the link and its descendants have none, and the armature is 0")]
     Massless {
         /// Index of the link.
@@ -69,7 +69,7 @@ pub enum TreeError {
     /// A joint that cannot have limits has limits, or a link with a parent has a free joint.
     #[error("link {link}: {why}")]
     Joint {
-        /// The link.
+        /// Index of the link.
         link: usize,
         /// The condition that is not met.
         why: &'static str,
@@ -104,7 +104,7 @@ pub enum DynamicsError {
     /// There is no link with this index.
     #[error("there is no link {link}: the tree has {links} links")]
     NoLink {
-        /// The index.
+        /// The requested index.
         link: usize,
         /// Number of links of the tree.
         links: usize,
@@ -130,13 +130,13 @@ pub enum DynamicsError {
     Diverged,
 }
 
-/// An error of a step of a group. No state was changed.
+/// An error of a step of a group. No positions or velocities were changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GroupError {
-    /// The step of a member failed.
+    /// The step of a member failed, or gravity or the duration of the step is invalid.
     #[error("member {member}: {source}")]
     Member {
-        /// Index of the member.
+        /// Index of the member; 0 if gravity or the duration is invalid.
         member: usize,
         /// The error of the member.
         source: DynamicsError,

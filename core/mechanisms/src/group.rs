@@ -20,7 +20,8 @@ const SWEEPS: usize = 32;
 /// Tolerance of the sweeps, m/s: they have converged if no impulse changes the velocity of its contact by more.
 const FOUND: f64 = 1e-11;
 /// Change of velocities in a step, m/s or rad/s, below which bias forces are not recomputed, because that would change
-/// the velocities by only a thousandth of this value.
+/// the velocities by only a thousandth of this value. Also the speed, m/s, by which a contact may fall short of its
+/// minimum velocity before immovable joints are released.
 const STEADY: f64 = 1e-7;
 /// Impact speed below which bodies do not bounce, m/s.
 const RESTING: f64 = 0.01;
@@ -28,17 +29,17 @@ const RESTING: f64 = 0.01;
 /// Statistics of a step of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GroupReport {
-    /// Number of rounds, each of joints and then of contacts. A step solves twice; this is the greater of the two
-    /// numbers.
+    /// Number of rounds, in each of which first the joints and then the contacts are solved. If the equations were
+    /// solved a second time with updated bias forces, this is the greater of the two counts.
     pub rounds: usize,
-    /// Number of sweeps over all contacts.
+    /// Total number of sweeps over all contacts.
     pub sweeps: usize,
     /// Whether the laws of all joints and contacts were satisfied simultaneously. If not, all forces are within their
     /// bounds, but some bodies may have approached each other more than allowed.
     pub met: bool,
 }
 
-/// Simulates trees that touch. Owns all memory that a step needs in addition to that of the members.
+/// Simulates trees that touch. Owns the memory that a step needs in addition to that of the members.
 ///
 /// The result of a step depends only on its arguments, not on previous steps.
 #[derive(Debug, Clone, Default)]
@@ -54,7 +55,7 @@ pub struct Group {
     speeds: Vec<f64>,
     /// For each member, the sequence number of the factorisation from which its rows were computed.
     renewals: Vec<u64>,
-    /// Pieces of the laws of all joints in the previous round.
+    /// For each velocity of each member, the piece of its law that was selected in the previous round.
     forms: Vec<Piece>,
     velocities: Vec<f64>,
 }
@@ -76,8 +77,9 @@ impl Group {
     ///
     /// # Errors
     ///
-    /// Fails like [`Solver::step`](crate::Solver::step), with the index of the member; no state is changed then. Fails
-    /// if a contact has an invalid value, or a link that does not exist.
+    /// Fails like [`Solver::step`](crate::Solver::step), with the index of the member. Fails if `carried` of a member
+    /// does not have one entry per velocity, or a contact has an invalid value or refers to a link that does not exist.
+    /// The states of the members are then unchanged.
     pub fn step(
         &mut self,
         members: &mut [Member<'_>],
@@ -124,7 +126,7 @@ impl Group {
         Ok(report)
     }
 
-    /// Initialises the impulses with those of the previous step.
+    /// Initialises the impulses with those of the previous step, and applies them to the members.
     fn warm_start(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) {
         self.impulses.clear();
         self.bounces.clear();
@@ -138,7 +140,7 @@ impl Group {
         self.apply(members, h);
     }
 
-    /// Adds the impulses of contacts to the forces on the members.
+    /// Sets the contact forces of the members to those of the current impulses.
     fn apply(&self, members: &mut [Member<'_>], h: f64) {
         for m in members.iter_mut() {
             m.solver.step.contact.fill(0.0);
@@ -148,13 +150,14 @@ impl Group {
         }
     }
 
-    /// Solves joints and contacts alternately until the solutions no longer affect each other.
+    /// Solves joints and contacts alternately until the solutions no longer affect each other, for at most [`ROUNDS`]
+    /// rounds.
     fn resolve(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) -> Result<GroupReport, GroupError> {
         self.forms.clear();
         let mut sweeps = 0;
         for round in 1..=ROUNDS {
             let met = self.solve_joints(members, h)?;
-            // If the piece of no law has changed, the result of the last sweeps still solves the contacts.
+            // If no law has changed its piece, the impulses of the last sweeps still satisfy the contacts.
             let forms = std::mem::take(&mut self.forms);
             let all = members.iter().flat_map(|m| m.solver.step.pivot.forms());
             self.forms.extend(all);
@@ -186,7 +189,7 @@ impl Group {
         Ok(self.met.iter().all(|met| *met))
     }
 
-    /// Recomputes the rows of members whose matrix has been factorised since their rows were computed.
+    /// Recomputes the rows of members whose matrix has been factorised again since their rows were computed.
     fn renew(&mut self, members: &[Member<'_>]) {
         let mut renewed = false;
         for (i, member) in members.iter().enumerate() {
@@ -229,8 +232,8 @@ impl Group {
         }
     }
 
-    /// Sweeps over all contacts until their impulses no longer change; returns the number of sweeps, and whether any
-    /// impulse has changed.
+    /// Sweeps over all contacts until their impulses no longer change, at most [`SWEEPS`] times; returns the number of
+    /// sweeps, and whether any impulse has changed.
     fn sweep(&mut self, contacts: &[Contact], h: f64) -> (usize, bool) {
         for sweep in 1..=SWEEPS {
             let mut most = 0.0f64;
@@ -268,12 +271,12 @@ impl Group {
         change
     }
 
-    /// Computes the friction impulse of a contact, given all other impulses; returns a bound of the change of its
-    /// tangential velocity, m/s.
+    /// Computes the friction impulse of a contact, given all other impulses; returns an upper bound on the change of
+    /// its tangential velocity, m/s.
     ///
-    /// The contact sticks if the required impulse is within the bound. Otherwise a projected gradient step is done: the
-    /// impulse is changed against the velocity, then projected onto the circle of the bound. At the fixed point, the
-    /// impulse is opposed to the velocity, whatever the inertia.
+    /// The contact sticks if the impulse that stops its sliding is within the bound. Otherwise a projected gradient
+    /// step is done: the impulse is changed against the velocity, then projected onto the circle of the bound. At the
+    /// fixed point, the impulse is opposite to the velocity, whatever the inertia.
     fn rub(&mut self, i: usize, contact: &Contact) -> f64 {
         let point = &self.rows.points[i];
         let [a, b, c] = point.tangents;
@@ -336,7 +339,7 @@ impl Group {
         }
     }
 
-    /// Computes velocities, in `z`, at which each contact opens with at least its desired speed.
+    /// Computes in `z` the velocities at which each contact separates with at least its desired speed.
     fn impulses_of_parting(&mut self, speeds: &[f64]) {
         self.velocities.clear();
         self.velocities.resize(speeds.len(), 0.0);
@@ -371,8 +374,8 @@ fn each(
     Ok(())
 }
 
-/// Returns an error if a list has the wrong length, or a contact refers to a link that does not exist or contains an
-/// invalid value.
+/// Returns an error if `carried` of a member has the wrong length, or a contact refers to a link that does not exist or
+/// contains an invalid value.
 fn check(members: &[Member<'_>], contacts: &[Contact]) -> Result<(), GroupError> {
     for (member, m) in members.iter().enumerate() {
         let (found, expected) = (m.carried.len(), m.tree.velocities());

@@ -22,10 +22,10 @@ pub struct Kinematics {
     pub(crate) origin: Vec3,
     pub(crate) rotations: Vec<Mat3>,
     pub(crate) places: Vec<Vec3>,
-    /// For each velocity, the motion that a unit velocity causes.
+    /// For each velocity, the motion that it causes when it is 1.
     pub(crate) axes: Vec<Motion>,
     pub(crate) inertias: Vec<Inertia>,
-    /// Velocities of links.
+    /// Velocity of each link, as set by `update`.
     motions: Vec<Motion>,
 }
 
@@ -50,7 +50,7 @@ impl Kinematics {
     ///
     /// # Errors
     ///
-    /// Fails if the state or this object belongs to another tree, or a value is not finite.
+    /// Fails if the state or this object has a size that does not match the tree, or a value is not finite.
     pub fn update(&mut self, tree: &Tree, state: &State) -> Result<(), DynamicsError> {
         self.belongs(tree)?;
         state.check(tree)?;
@@ -90,7 +90,8 @@ impl Kinematics {
     ///
     /// # Errors
     ///
-    /// Fails if there is no such link, or the length of `out` is not 6 times the number of velocities.
+    /// Fails if there is no such link, this object was created for a tree of another size, or the length of `out` is
+    /// not 6 times the number of velocities.
     pub fn jacobian(
         &self,
         tree: &Tree,
@@ -122,7 +123,8 @@ impl Kinematics {
     ///
     /// # Errors
     ///
-    /// Fails if there is no such link, `out` does not have one entry per velocity, or a value is not finite.
+    /// Fails if there is no such link, this object was created for a tree of another size, `out` does not have one
+    /// entry per velocity, or a value is not finite.
     pub fn add_force(
         &self,
         tree: &Tree,

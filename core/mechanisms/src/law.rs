@@ -8,10 +8,10 @@
 
 use crate::motor::{Motor, within};
 
-/// Maximum number of corners of a law: 4 of the motor's curve, 10 intersections of a line with it, 2 of friction, 2 of
-/// limits, and 2 spare.
+/// Maximum number of corners of a law. At most 13 are needed: 9 of a motor (see [`Motor::corners`]), 2 of friction, and
+/// 2 of limits.
 const CORNERS: usize = 20;
-/// A force above every finite bound.
+/// The force of a drive that holds a velocity without a force limit; it is finite so that the corners of its law are.
 pub(crate) const HUGE: f64 = 1e300;
 
 /// A corner, and the slope at which the force decreases on the piece that ends at the corner; infinite if the piece is
@@ -23,8 +23,8 @@ struct Corner {
     slope: f64,
 }
 
-/// A law: corners with increasing velocity and decreasing force, with pieces before, between and after them. Piece `i`
-/// ends at corner `i`; the last piece is unbounded.
+/// A law: corners in the order of their velocities, with forces that never increase, and pieces before, between and
+/// after them. Piece `i` ends at corner `i`; the last piece is unbounded.
 #[derive(Debug, Clone)]
 pub(crate) struct Law {
     count: usize,
@@ -113,7 +113,8 @@ impl Law {
         self.last += slope;
     }
 
-    /// Adds dry friction, which opposes the motion with a force of at most `most`.
+    /// Adds dry friction, which opposes the motion with the force `most`, and holds the joint at rest with up to that
+    /// force.
     pub fn add_friction(&mut self, most: f64) {
         let before = self.below(|v| v < 0.0);
         let after = self.below(|v| v <= 0.0);
@@ -194,8 +195,8 @@ impl Law {
         out
     }
 
-    /// Returns the piece adjacent to the given one to which a solution belongs, or `None` if its velocity and force are
-    /// on the given piece, within the tolerances.
+    /// Returns the piece next to the given one, on the side on which a solution is, or `None` if the velocity and force
+    /// of the solution are on the given piece, within the tolerances (of the velocity, then of the force).
     #[inline]
     pub fn better(&self, piece: usize, v: f64, force: f64, tolerance: (f64, f64)) -> Option<usize> {
         let slope = self.slope(piece);

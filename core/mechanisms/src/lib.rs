@@ -1,19 +1,20 @@
 //! Kinematics and dynamics of trees of rigid links, with drives, friction and joint limits.
 //!
-//! - [`Tree`]: the validated description of links and joints; a [`State`] holds positions and velocities;
+//! - [`Tree`]: the validated description of links and joints; a [`State`] stores their positions and velocities;
 //! - [`Kinematics`]: poses and velocities of links, Jacobians of their points;
 //! - [`Dynamics`]: mass matrix, bias forces, inverse and forward dynamics, energy;
 //! - [`Drives`]: drives, springs and forces on the joints; a [`Solver`] advances a state by a step and computes
 //!   [`Efforts`];
 //! - [`Contact`]: points at which trees touch each other or other bodies; a [`Group`] advances several trees together.
 //!
-//! Units are SI, with angles in rad; vectors are in the world frame unless stated otherwise. No function allocates
-//! memory after `new`, except that a group grows with its members and contacts. Results depend only on the arguments,
-//! and are bit-identical on all processors: the crate adds, multiplies, divides and computes square roots in a fixed
-//! order, and uses sine and cosine of `libm`. Each file imports only from the files before it in this order:
-//! `vector`, `spatial`, `error`, `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`,
-//! `dynamics`; `drive`, `motor`, `law`, `pivot`, `step`, `solver`; `contact`, `member`, `rows`, `group`. Equations,
-//! sources and limitations are in `docs/mechanisms.md`.
+//! Units are SI, with angles in rad; vectors are in the world frame unless stated otherwise. Once trees, states and
+//! solvers have been created, only a group allocates memory: when members or contacts are added, and when contacts push
+//! joints that are held by friction or limits. Results depend only on the arguments, and are bit-identical on all
+//! processors: the crate adds, multiplies, divides and computes square roots in a fixed order, and uses the sine and
+//! cosine of `libm`. Each file imports only from the files before it in this order: `vector`, `spatial`, `error`,
+//! `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`,
+//! `pivot`, `step`, `solver`; `contact`, `member`, `rows`, `group`. Equations, sources and limitations are in
+//! `docs/mechanisms.md`.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Matrix3, Vector3};

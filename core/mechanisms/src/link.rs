@@ -4,7 +4,8 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::error::TreeError;
 
-/// The motion of a link relative to its parent. The joint is at the origin of the link's frame.
+/// The type of a joint, which defines how a link can move relative to its parent. The joint is at the origin of the
+/// link's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Joint {
     /// No motion.
@@ -81,7 +82,7 @@ impl Link {
         Link { parent, frame, joint, mass, center, inertia, armature: 0.0, damping: 0.0, friction: 0.0, limits: None }
     }
 
-    /// Checks all values that do not depend on other links. `link` is the index of the link, for the error; `real`
+    /// Checks the values of this link, without reference to other links. `link` is its index, for the error; `real`
     /// states whether the inertia must be that of a rigid body.
     pub(crate) fn check(&self, link: usize, real: bool) -> Result<(), TreeError> {
         let rotation = self.frame.rotation.quaternion().coords;
@@ -131,7 +132,7 @@ impl Link {
     }
 }
 
-/// Checks that an inertia is symmetric up to rounding, and has no negative moment.
+/// Checks that an inertia is symmetric up to rounding, and has no negative moment on its diagonal.
 fn check_signs(inertia: &Matrix3<f64>) -> Result<(), &'static str> {
     let slack = 1e-9 * inertia.amax();
     if (inertia - inertia.transpose()).amax() > slack {
@@ -141,8 +142,9 @@ fn check_signs(inertia: &Matrix3<f64>) -> Result<(), &'static str> {
     if negative { Err("a moment is negative") } else { Ok(()) }
 }
 
-/// Checks that some distribution of mass has this inertia about its centre: the integral of r r' over the mass, which
-/// is half of the trace (times the identity) minus the inertia, must have no negative eigenvalue.
+/// Checks that an inertia is symmetric, and that some distribution of the mass has this inertia about its centre: the
+/// integral of r r' over the mass, which is half of the trace (times the identity) minus the inertia, must have no
+/// negative eigenvalue.
 ///
 /// The tolerance of 1e-9 of the trace allows for values that were rounded in a file.
 fn check_inertia(inertia: &Matrix3<f64>, mass: f64) -> Result<(), &'static str> {

@@ -32,7 +32,7 @@ impl Motor {
         }
     }
 
-    /// Writes the velocities, unordered, between which the force is linear, and returns their number, at most 14. The
+    /// Writes the velocities, unordered, between which the force is linear, and returns their number, at most 9. The
     /// bound must depend on the velocity.
     pub fn corners(&self, out: &mut [f64]) -> usize {
         let (Motor::Hold { bound, .. } | Motor::Line { bound, .. }) = *self;
@@ -63,8 +63,8 @@ impl Motor {
     }
 }
 
-/// Returns the value in a range that is nearest to `x`. Unlike `clamp`, it does not panic if overflow has made an end
-/// NaN.
+/// Returns the value in a range that is nearest to `x`. Unlike `clamp`, it does not panic if an end is NaN because of
+/// an overflow.
 #[inline(always)]
 pub(crate) fn within(x: f64, low: f64, high: f64) -> f64 {
     let x = if x < low { low } else { x };

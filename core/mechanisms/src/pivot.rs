@@ -1,15 +1,16 @@
 //! Finds the velocities at which all joints of a tree satisfy their laws simultaneously.
 //!
 //! With one piece selected for each law, the problem is linear: velocities on vertical pieces are known, and the others
-//! are found by one linear solve along the tree. For each law whose solution is not on the selected piece, the adjacent
-//! piece is then selected. Moving all such laws at once usually takes one to three solves, but may cycle. If the number
-//! of violated laws does not decrease, only the first of them is moved, until fewer laws are violated than ever before.
+//! are found by one linear solve along the tree. A law is violated if its solution is not on the selected piece; the
+//! adjacent piece is then selected. Doing this for all violated laws at once usually takes one to three solves, but may
+//! cycle. If the number of violated laws does not decrease for [`PATIENCE`] solves, only the piece of the first of them
+//! is changed per solve, until fewer laws are violated than ever before.
 //!
 //! Source: Júdice and Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
 //! complementarity problems, Computers & Operations Research 21, 1994, for laws of two pieces; the paper cites Murty's
-//! proof that single moves by the least index terminate for a positive definite matrix. No such proof is known for laws
-//! of more pieces, so the number of solves is limited. If the limit is reached, the step uses forces within their
-//! bounds.
+//! proof that changing only the violated piece with the least index terminates for a positive definite matrix. No such
+//! proof is known for laws of more pieces, so the number of solves is limited. If the limit is reached, the step
+//! applies the forces found last, limited to their bounds.
 
 use crate::{
     composite::MassMatrix,
@@ -18,7 +19,7 @@ use crate::{
     tree::Tree,
 };
 
-/// Number of block moves without a decrease of violated laws after which single moves are used.
+/// Number of solves without a decrease in violated laws after which only one piece is changed per solve.
 const PATIENCE: usize = 4;
 
 /// Statistics of a search.
@@ -81,7 +82,7 @@ impl Pivot {
         }
     }
 
-    /// Returns the condition of the selected piece of each law.
+    /// Returns the condition that the selected piece of each law imposes.
     pub fn forms(&self) -> impl Iterator<Item = Piece> + '_ {
         self.laws.iter().zip(&self.pieces).map(|(law, piece)| law.piece(*piece))
     }
@@ -142,8 +143,8 @@ impl Pivot {
         Ok(Search { solutions: self.most, met: false })
     }
 
-    /// Solves with the forces `at - slope v` in place of the laws, of which only the allowed range of velocities
-    /// remains in effect. A joint that reaches a limit is held there until the end of the step.
+    /// Solves with the forces `at - slope v` of `lines` in place of the laws, of which only the allowed range of
+    /// velocities remains in effect. A joint that reaches a limit is held there until the end of the step.
     pub fn settle(
         &mut self,
         tree: &Tree,
@@ -159,7 +160,7 @@ impl Pivot {
             self.laws[d].restrict(low, high);
             self.pieces[d] = usize::from(low > f64::NEG_INFINITY);
         }
-        // Each velocity moves at most three times: past the corner at 0, and onto a limit.
+        // Allow three changes of piece per velocity: past the corner at velocity 0, back, and onto a limit.
         for _ in 0..=3 * v.len() {
             self.linear(tree, mass, bias, v, h)?;
             let mut moved = false;
@@ -212,7 +213,7 @@ impl Pivot {
         if moving {
             mass.add_product(tree, &self.accelerations, &mut self.product);
         }
-        // Set up the right-hand side for free velocities. Accelerations of held velocities can be restored from `ends`.
+        // Use `accelerations` for the right-hand side; those of held velocities are recomputed from `ends` below.
         for d in 0..n {
             self.accelerations[d] = if self.held[d] { 0.0 } else { self.forces[d] - self.product[d] };
         }

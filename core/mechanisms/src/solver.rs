@@ -49,7 +49,7 @@ impl Solver {
         Self::with_scheme(tree, Scheme::default())
     }
 
-    /// Creates a solver for a tree with a scheme.
+    /// Creates a solver for a tree, with the given scheme.
     pub fn with_scheme(tree: &Tree, scheme: Scheme) -> Self {
         Solver { scheme, step: Step::new(tree) }
     }
@@ -61,8 +61,9 @@ impl Solver {
     ///
     /// # Errors
     ///
-    /// Fails if a list belongs to another tree, a value is not finite, a drive is invalid, the mass matrix is singular,
-    /// or the result would not be finite. The state is then unchanged.
+    /// Fails if the size of an argument does not match the tree, a value is not finite, a drive or spring is invalid,
+    /// the mass matrix is singular, `h` is not positive, or the result would not be finite. The state is then
+    /// unchanged.
     pub fn step(
         &mut self,
         state: &mut State,

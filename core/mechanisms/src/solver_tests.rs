@@ -8,7 +8,7 @@ use crate::{
     link::{Joint, Link},
 };
 
-/// Forces must be within their bounds even if the limit is too low to satisfy all laws.
+/// Forces must be within their bounds even if too few solves are allowed to satisfy all laws.
 #[test]
 fn search_that_is_cut_short_stays_within_bounds() {
     let links = (0..12usize).map(|i| Link {

@@ -29,7 +29,7 @@ impl State {
         State { q, v: vec![0.0; tree.velocities()] }
     }
 
-    /// Returns an error if the state belongs to another tree, or a value is not finite.
+    /// Returns an error if the state has a size that does not match the tree, or a value is not finite.
     pub(crate) fn check(&self, tree: &Tree) -> Result<(), DynamicsError> {
         check("q", &self.q, tree.positions())?;
         check("v", &self.v, tree.velocities())

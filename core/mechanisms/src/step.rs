@@ -27,10 +27,11 @@ const RETURN_SPEED: f64 = 1.0;
 /// Fraction of the velocity of an isolated joint that a damper may remove in a step before it is treated as stiff; also
 /// the phase, rad, by which a spring may advance in a step.
 const STIFF: f64 = 0.5;
-/// Stiffness, in units of inertia over step duration, of a drive that holds a velocity against contacts: an impulse
-/// that would change the velocity of the free joint by 1 changes it by the inverse of this value.
+/// Slope, in units of inertia over step duration, with which the force of a velocity drive depends on the velocity in
+/// steps with contacts: an impulse that would change the velocity of the free joint by 1 changes it by about 1 /
+/// `HOLD`.
 const HOLD: f64 = 1e3;
-/// Force bound of such a drive if it has none, Nm or N.
+/// Maximum force of such a drive, Nm or N, even if its bound is greater or infinite.
 const STRONGEST: f64 = 1e9;
 
 /// Forces of the last step, Nm or N, with one entry per velocity.
@@ -92,15 +93,15 @@ impl Step {
         }
     }
 
-    /// Returns an error if an argument belongs to another tree, or has an invalid value.
+    /// Returns an error if the size of an argument does not match the tree, or a value is invalid.
     pub fn check(&self, tree: &Tree, state: &State, drives: &Drives) -> Result<(), DynamicsError> {
         self.kinematics.belongs(tree)?;
         state.check(tree)?;
         drives.check(tree)
     }
 
-    /// Begins a step. For steps with contacts, `carried` contains the efforts of drives in the previous step. Drives
-    /// that hold a velocity then have a finite stiffness about these efforts, because a contact with an immovable joint
+    /// Begins a step. For steps with contacts, `carried` contains the efforts of drives in the previous step. The force
+    /// of a velocity drive then varies about this effort with a finite slope, because a contact with an immovable joint
     /// would have no solution.
     pub fn begin(&mut self, tree: &Tree, state: &State, drives: &Drives, h: f64, carried: Option<&[f64]>) {
         self.q.copy_from_slice(&state.q);
@@ -112,7 +113,7 @@ impl Step {
         }
     }
 
-    /// Computes the bias forces of the old velocities and guesses the piece of each law.
+    /// Computes the bias forces at the old velocities and guesses the piece of each law.
     pub fn guess(&mut self, tree: &Tree, v: &[f64], gravity: Vec3, h: f64) {
         self.sweep.run(tree, &self.kinematics, v, None, gravity, &mut self.bias);
         self.set_load();
@@ -127,7 +128,8 @@ impl Step {
         self.sweep.run(tree, &self.kinematics, &self.middle, None, gravity, &mut self.bias);
     }
 
-    /// Recomputes poses and bias forces, half a step from the old positions at the mean velocities.
+    /// Recomputes poses, mass matrix and bias forces for the positions half a step after the old ones, at the mean
+    /// velocities.
     pub fn take_mean_poses(&mut self, tree: &Tree, state: &State, gravity: Vec3, h: f64) {
         for (middle, (v, end)) in self.middle.iter_mut().zip(state.v.iter().zip(&self.pivot.ends)) {
             *middle = 0.5 * (v + end);
@@ -160,14 +162,14 @@ impl Step {
         Ok(())
     }
 
-    /// Moves joints that have passed a limit back to it; returns an error if the result is not finite.
+    /// Moves joints that are beyond a limit back towards it; returns an error if the result is not finite.
     pub fn limit(&mut self, tree: &Tree, state: &State, h: f64) -> Result<(), DynamicsError> {
         self.stop_at_limits(tree, &state.q, h);
         let finite = self.q.iter().chain(&self.pivot.ends).all(|x| x.is_finite());
         if finite { Ok(()) } else { Err(DynamicsError::Diverged) }
     }
 
-    /// Returns the maximum change of a velocity so far.
+    /// Returns the maximum change of a velocity in this step.
     pub fn changes(&self, v: &[f64]) -> f64 {
         self.pivot.ends.iter().zip(v).map(|(end, v)| (end - v).abs()).fold(0.0, f64::max)
     }
@@ -208,7 +210,7 @@ impl Step {
         Ok(())
     }
 
-    /// Sets the law of one velocity.
+    /// Sets the law of velocity `d` from its drive, spring, friction and limits.
     ///
     /// Springs and dampers exert the mean of their forces before and after the step, so that errors are of the order
     /// h². This is stable at any stiffness, but a stiff joint would oscillate from step to step. For stiff dampers, the

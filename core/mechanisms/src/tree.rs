@@ -10,10 +10,10 @@ use crate::{
     vector::{IDENTITY, Mat3, Quat, Vec3, ZERO, normalized, rotation_of, turn},
 };
 
-/// Index that stands for "no parent" or "no velocity closer to the root".
+/// Index that stands for "no parent", "no velocity closer to the root" or "no single position".
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// A joint in the form that computations need.
+/// The type of a joint, without its axis.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind {
     Fixed,
@@ -35,7 +35,7 @@ pub(crate) struct Node {
     /// The joint's axis in the parent's frame, at joint position 0.
     pub axis_in_parent: Vec3,
     pub axis: Vec3,
-    /// Special cases that apply to most joints and save three quarters of the multiplications: whether the rotation is
+    /// Special cases that apply to most joints and save three quarters of the multiplications: whether `rotation` is
     /// the identity and, if the joint's axis is a coordinate axis, its index and sign.
     pub straight: bool,
     pub coordinate: Option<(usize, f64)>,
@@ -50,7 +50,7 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// Returns the range of indices of its velocities.
+    /// Returns the range of the indices of the joint's velocities.
     #[inline(always)]
     pub fn range(&self) -> Range<usize> {
         self.velocity..self.velocity + self.velocities
@@ -93,13 +93,14 @@ impl Tree {
     ///
     /// # Errors
     ///
-    /// Returns a [`TreeError`] for the first invalid link.
+    /// Returns a [`TreeError`] if there are no links, or a link is invalid.
     pub fn new(links: Vec<Link>) -> Result<Self, TreeError> {
         Self::checked(links, true)
     }
 
-    /// Like [`Tree::new`], but allows inertias that are not those of rigid bodies: a principal moment may exceed the
-    /// sum of the other two. Such inertias occur in descriptions of robots, and are used unchanged.
+    /// Creates a tree like [`Tree::new`], but allows inertias that are not those of rigid bodies; for example, a
+    /// principal moment may exceed the sum of the other two. Such inertias occur in descriptions of robots, and are
+    /// used unchanged.
     ///
     /// # Errors
     ///

@@ -5,7 +5,7 @@
 
 /// A vector of three components.
 pub(crate) type Vec3 = [f64; 3];
-/// A 3 x 3 matrix, by rows.
+/// A 3 x 3 matrix in row-major order.
 pub(crate) type Mat3 = [f64; 9];
 /// A unit quaternion: w, x, y, z.
 pub(crate) type Quat = [f64; 4];
@@ -141,7 +141,7 @@ pub(crate) fn turned(q: Quat, w: Vec3, h: f64) -> Quat {
     ])
 }
 
-/// Returns a normalised quaternion, or the identity if the norm is 0.
+/// Normalises a quaternion; returns the identity if the square of its norm is 0 or not finite.
 pub(crate) fn normalized(q: Quat) -> Quat {
     let square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     if square > 0.0 && square.is_finite() {
@@ -152,9 +152,9 @@ pub(crate) fn normalized(q: Quat) -> Quat {
     }
 }
 
-/// Returns the unit quaternion of a rotation matrix, w first; w is not negative, except for rounding.
+/// Returns the unit quaternion of a rotation matrix, w first; w is not negative.
 ///
-/// Source: Shepperd's method, which selects the one of four formulas with the largest square root, for precision.
+/// Source: Shepperd's method, which selects one of four formulas by the diagonal so that precision is not lost.
 pub(crate) fn quaternion_of(m: &Mat3) -> Quat {
     let [xx, yy, zz] = [m[0], m[4], m[8]];
     let trace = xx + yy + zz;

@@ -7,7 +7,8 @@ use tatu_geometry::Part;
 use super::convert;
 
 /// Returns the ends of the shortest segment from one solid to the other, in the world frame, or `None` if the solids
-/// are farther apart than `limit`, m. If they overlap, both ends are the same point of the first solid.
+/// are farther apart than `limit`, m. If they overlap, both ends are the origin of an overlapping part of the first
+/// solid.
 pub fn closest(
     a: (&Isometry3<f64>, &[Part]),
     b: (&Isometry3<f64>, &[Part]),

@@ -53,7 +53,7 @@ pub struct Respond {
     /// The low byte applies within the tree, the high byte to all other bodies. With a mask of 0, the body does not
     /// collide.
     pub mask: u16,
-    /// Id of the mechanism that the body is part of.
+    /// Id of the tree of objects that the body belongs to, such as a robot.
     pub tree: u32,
 }
 
@@ -87,12 +87,12 @@ pub struct BodyDesc {
     pub surface: Surface,
 }
 
-/// Contact properties of a surface besides friction and restitution. All are off by default.
+/// Contact properties of a surface besides friction and restitution. By default, none has an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Surface {
     /// Velocity of the surface relative to the body, as of a conveyor belt, in the body's frame, m/s.
     pub velocity: Vector3<f64>,
-    /// Axis in the body's frame with its own friction coefficient, as for rollers and skates.
+    /// Axis in the body's frame along which a separate friction coefficient applies, as for rollers and skates.
     pub axis: Option<Vector3<f64>>,
     /// Rotation of that axis about the contact normal, which points out of the body, rad. If the axis is the axle of a
     /// wheel, this is the angle of the rollers on its rim, at any point of contact.
@@ -158,8 +158,8 @@ pub enum JointKind {
     Revolute,
     /// Translation along the z axis of the joint frame.
     Prismatic,
-    /// Rotation about z with a translation along z of this many metres per radian, like a nut on a thread. Always in
-    /// reduced form.
+    /// Rotation about z with a translation along z of this many metres per radian, like a nut on a thread. A screw is
+    /// always solved in reduced form.
     Screw(f64),
     /// Rotation about any axis. The joint has no position and cannot be driven.
     Spherical,
@@ -207,7 +207,7 @@ pub struct Gear {
     pub offset: f64,
 }
 
-/// How a joint is enforced. All joints of a mechanism have the same form.
+/// How a joint is enforced. All joints of a mechanism have the same form, except those that close loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum JointForm {
     /// Reduced coordinates: only the degrees of freedom of the joint are computed, so its bodies cannot separate. This
@@ -403,8 +403,8 @@ pub trait Engine: Send + Sync {
     /// Sets the drive of a joint. This is cheap if nothing changes. A drive without force, or with a value that is not
     /// finite, is treated as [`Drive::Free`]; only limits may be infinite.
     fn drive(&mut self, joint: JointId, drive: Drive);
-    /// Replaces all couplings of joints. Couplings of joints that are not in one mechanism in reduced form, created
-    /// with `geared`, are ignored.
+    /// Replaces all couplings of joints. The coupled joints must have been created with `geared`. A coupling of joints
+    /// that are not in the same mechanism in reduced form is ignored.
     fn set_gears(&mut self, gears: &[Gear]);
     /// Starts measuring the load of a joint, for [`Engine::wrench`].
     fn measure(&mut self, joint: JointId);

@@ -161,7 +161,7 @@ impl Engine for Rapier {
                 if tree {
                     return Held::Tree(Tied::default());
                 }
-                // A joint that can be neither in reduced form nor in a tree closes a loop.
+                // If the joint was to be in reduced form or in a tree but cannot be, it closes a loop.
                 let form = if desc.form == JointForm::Impulse { JointForm::Impulse } else { JointForm::Loop };
                 let desc = JointDesc { form, ..desc.clone() };
                 Held::Impulse(self.world.insert_impulse_joint(a.handle, b.handle, joints::build(&desc, frames, zero)))

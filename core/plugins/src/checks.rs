@@ -83,7 +83,7 @@ fn unknown_unit(p: &Declared) -> Option<String> {
 }
 
 impl Registry {
-    /// Iterates over everything that plugins offer, as plugin, kind of item, id and description.
+    /// Iterates over the items of plugins that must have a description, as plugin, kind of item, id and description.
     fn texts(&self) -> impl Iterator<Item = (usize, &str, &str, &str)> {
         macro_rules! all {
             ($list:ident, $what:literal) => {

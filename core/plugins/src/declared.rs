@@ -12,7 +12,7 @@ const DEEPEST_KEYS: u32 = 4;
 /// Maximum number of keys of a parameter, including those of nested tables.
 const MOST_KEYS: u32 = 1000;
 
-/// A declared parameter of a sensor, model or command.
+/// A declared parameter, such as one of a sensor, a model or a command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Declared {
     /// Key, such as "range".
@@ -101,7 +101,7 @@ impl Declared {
     pub fn optional(&self) -> bool {
         self.flags & TATU_PARAM_OPTIONAL != 0 || self.fallback != Value::Nil
     }
-    /// Describes the expected value, for messages: "a number in m, 0 to 5".
+    /// Describes the expected value, for messages: "a number from 0 to 5".
     pub fn expectation(&self) -> String {
         let mut out = match self.kind {
             _ if self.flags & TATU_PARAM_ANY != 0 => "anything".to_owned(),
@@ -135,8 +135,8 @@ impl Declared {
     }
 }
 
-/// Converts a value to the declared type: integers to floats, lists to arrays of numbers, and strings that represent
-/// numbers to numbers. The error describes the value found.
+/// Converts a value to the declared type, such as an integer to a float, a list to an array of numbers or a string to
+/// the number that it represents. Then checks its range, length, choices and keys. The error describes the value found.
 pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
     if declared.flags & TATU_PARAM_ANY != 0 {
         return Ok(value);

@@ -87,7 +87,7 @@ fn whole(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
     Some(sections == 0 || sections.checked_add(size * count)? <= have)
 }
 
-/// Returns the little-endian number of `n` bytes at an offset.
+/// Returns the little-endian number of `n` bytes at an offset, or `None` if the bytes end before it does.
 fn number(bytes: &[u8], at: u64, n: usize) -> Option<u64> {
     let part = bytes.get(at as usize..)?.get(..n)?;
     Some(part.iter().rev().fold(0, |x, b| x << 8 | u64::from(*b)))

@@ -261,9 +261,9 @@ impl ProcessState {
     }
 }
 
-/// Description of a changed mode, for messages.
+/// Name of the floating-point mode, for messages about changes.
 pub const MODE: &str = "the floating-point mode";
-/// Description of a changed direction flag, for messages.
+/// Name of the direction flag, for messages about changes.
 pub const DIRECTION: &str = "the direction flag of the processor";
 const BOTH: &str = "the floating-point mode and the locale of the process";
 /// The hint in messages about changed state.

@@ -39,7 +39,6 @@ impl<T: Number> Guarded<T> {
         self.words.clear();
         self.words.resize(words + 2 * GUARD_WORDS, GUARD);
         self.n = n;
-        // The elements are written through a pointer, because the words are not yet valid as a slice.
         for i in 0..n {
             // SAFETY: `i < n`, and the words have room for `n` elements after the guard. The alignment of `T` is at
             // most 8, and the guard is a multiple of 8 bytes long.

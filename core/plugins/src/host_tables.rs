@@ -156,7 +156,8 @@ impl HostTables {
         // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
         Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
     }
-    /// Issues a ticket for a wait of a world. With the ticket, any thread can deliver the result of the wait once.
+    /// Issues a ticket for a result that a world waits for under the number `wait`. With the ticket, any thread can
+    /// deliver this result, once.
     pub fn ticket(&self, mailbox: &Arc<Mailbox>, wait: u64) -> u64 {
         self.shared.tickets.issue(mailbox, wait)
     }

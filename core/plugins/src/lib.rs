@@ -3,9 +3,9 @@
 //! - `search`: the folders and files that are searched for plugins, the user's own folder last;
 //! - `load`: opens a plugin and copies its tables; `elf`, `drafts`: reasons to reject it;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
-//! - `tickets`: results of plugins' own threads;
+//! - `tickets`: delivery of results by plugins' own threads;
 //! - [`HostTables`]: the host's functions, which plugins request by id, and interned keys;
-//! - [`setup_turn`]: ensures that one thread at a time starts plugins and creates instances;
+//! - [`setup_turn`]: ensures that only one thread at a time starts plugins and creates instances;
 //! - [`thread_grant`]: use of instances on several threads;
 //! - [`guard`]: floating-point mode, locale and other state that plugins must not change;
 //! - [`guarded`], [`state_block`]: memory that plugins write to;
@@ -16,7 +16,8 @@
 //! - [`schemas`]: the meaning of readings; [`events`]: the host's own events; [`units`]: units in keys;
 //! - [`border`]: texts and error objects of the ABI.
 //!
-//! A plugin is rejected in `load` (its file), `registry::read` (its tables) or `checks` (its declarations).
+//! Errors in a file reject the whole plugin (`load`), and errors in a table reject the item that the table describes
+//! (`registry`). Errors in the declaration of a parameter are only reported (`checks`).
 
 pub mod border;
 mod checks;

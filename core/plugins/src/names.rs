@@ -15,7 +15,8 @@ pub(super) const MOST_NAMES: usize = 255;
 const SPACE: &str = "give it a separate name space, such as `mine.name`";
 
 impl Registry {
-    /// Returns the owner of a command or constant, or `usize::MAX` for the command whose names are being read.
+    /// Returns the index of the plugin that owns a command or constant, `usize::MAX` for the command whose names are
+    /// being read, or `None` for an unknown name.
     fn owner(&self, name: &str) -> Option<usize> {
         let command = self.names.get(name).map(|(id, _)| self.commands.get(*id as usize - 1));
         let command = command.map(|c| c.map_or(usize::MAX, |c| c.plugin));

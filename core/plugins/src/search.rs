@@ -33,7 +33,7 @@ fn stem(name: &str) -> Option<&str> {
     Some(stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(stem)).filter(|s| s.starts_with("tatu_"))
 }
 
-/// The search path. If several plugins have the same id, the first one wins.
+/// The search path. If several plugins have the same id, the one that is found first is used.
 #[derive(Debug, Clone, Default)]
 pub struct Search {
     /// Folders, in search order.
@@ -108,9 +108,9 @@ impl Search {
         self.folders.push((folder, Source::User));
     }
 
-    /// Returns whether a file comes with the program. In case of a conflict, other plugins are reported. If the
-    /// program's plugins are unknown, all plugins are considered to come with it, except those in folders of a scene or
-    /// the user.
+    /// Returns whether a file comes with the program. The names of the program's plugins take precedence over those of
+    /// other plugins. If the program's plugins are unknown, all plugins are considered to come with it, except those in
+    /// folders of a scene or the user.
     pub fn is_of_program(&self, file: &Path) -> bool {
         let known = || file.file_name().and_then(|n| n.to_str()).and_then(stem).is_some_and(|s| self.is_built(s));
         !self.is_of_scene(file) && !self.lies_in(file, Source::User) && (self.built.is_empty() || known())

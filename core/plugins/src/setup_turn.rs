@@ -4,8 +4,8 @@ use parking_lot::{ReentrantMutex, ReentrantMutexGuard};
 
 static TURN: ReentrantMutex<()> = ReentrantMutex::new(());
 
-/// Waits until no other thread starts or ends plugins or instances, as `[setup]` in the header guarantees. The lock is
-/// reentrant, because a plugin can cause instances to be created while one of its own instances is being created.
+/// Acquires the lock, which implements the guarantee of the tag `[setup]` in the header. The lock is reentrant, because
+/// a plugin can cause instances to be created while one of its own instances is being created.
 pub fn setup_turn() -> ReentrantMutexGuard<'static, ()> {
     TURN.lock()
 }

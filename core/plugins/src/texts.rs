@@ -13,7 +13,8 @@ fn acts(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Returns a text with control characters other than tab and newline escaped, as `\u{1b}`.
+/// Returns a text in which control characters other than tab and newline, and those that reorder text, are escaped as
+/// in `\u{1b}`. A carriage return before a newline is removed.
 pub fn clean(text: &str) -> Cow<'_, str> {
     let wrong = |c: char| acts(c) && c != '\n' && c != '\t';
     if !text.contains(wrong) {
@@ -80,8 +81,8 @@ pub fn label(bytes: &[u8]) -> String {
 /// The hint for an invalid name.
 pub(super) const HELP: &str = "use letters, digits, `_` and dots: `mine.name`";
 
-/// Returns why a name is invalid, or `None` if it is valid. The name must be a result of [`label`], which marks
-/// characters that cannot be displayed with a backslash.
+/// Returns why a name is invalid, or `None` if it is valid. The name must be a result of [`label`], in which a
+/// backslash marks characters that cannot be displayed.
 pub(super) fn flaw(name: &str) -> Option<&'static str> {
     match name {
         "" => Some("is empty"),

@@ -13,7 +13,8 @@ pub const MOST_BYTES: usize = 1 << 28;
 pub struct Mailbox(Mutex<Vec<(u64, Vec<u8>)>>);
 
 impl Mailbox {
-    /// Removes and returns all results that have arrived, in order of arrival, each with the number of its wait.
+    /// Removes and returns all results that have arrived, in order of arrival, each with the number under which the
+    /// world waits for it.
     pub fn take(&self) -> Vec<(u64, Vec<u8>)> {
         std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -30,7 +31,7 @@ struct Issued {
 }
 
 impl Tickets {
-    /// Issues a ticket for a wait of a world.
+    /// Issues a ticket for a result that a world waits for under the number `wait`.
     pub fn issue(&self, mailbox: &Arc<Mailbox>, wait: u64) -> u64 {
         let mut issued = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         // Tickets of worlds that have ended can no longer deliver a result.

@@ -33,7 +33,7 @@ impl Camera {
     pub(super) fn lens(&self) -> Lens {
         let forward = self.to - self.from;
         let ahead = forward.try_normalize(0.0).unwrap_or_else(Vector3::x);
-        // If the camera looks straight up or down, the y axis of the world points up in the picture.
+        // If the camera looks straight down, the y axis of the world points up in the picture; straight up, down.
         let right = ahead.cross(&Vector3::z()).try_normalize(1e-9).unwrap_or_else(Vector3::x);
         let pixel = 2.0 * libm::tan(self.fov / 2.0) / f64::from(self.columns);
         Lens {

@@ -12,11 +12,12 @@ use super::Camera;
 const FROM: [f64; 3] = [-0.55, -0.65, 0.5];
 /// Direction from the target to the default camera of a single model, not normalised: ahead, to the right and above.
 const FROM_AHEAD: [f64; 3] = [0.62, -0.6, 0.42];
-/// A part belongs to the model if its distance from the other parts is below this fraction of their extent.
+/// A part belongs to the model if, along each axis, its distance from the bounding box of the parts found so far is at
+/// most this fraction of the length of the box's diagonal.
 const GAP: f64 = 0.4;
 /// Factor of the camera distance that leaves a margin around the visible shapes.
 const ROOM: f64 = 1.05;
-/// Assumed size of a scene without visible shapes, in metres.
+/// Edge length, in metres, of the cube at the origin that the camera shows if a scene has no visible shapes.
 const NOTHING: f64 = 1.0;
 
 /// Returns the first camera of the scene and its path, or `None` if the scene has no camera. `fov`, in radians,
@@ -28,7 +29,8 @@ pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) 
     })
 }
 
-/// Returns the camera of the scene with a path or unique name. `fov`, in radians, overrides the camera's angle.
+/// Returns the camera of the scene with the given path or unique name, or `None` if no such camera exists. `fov`, in
+/// radians, overrides the camera's angle.
 pub fn camera_at(world: &World, path: &str, fov: Option<f64>, size: [u32; 2]) -> Option<Camera> {
     world.look_at(|scene, _| seen_by(scene, scene.find(0, path)?, fov, size))
 }
@@ -51,8 +53,8 @@ pub fn framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
     showing(all, Vector3::from(FROM), fov, size)
 }
 
-/// Returns a camera in front of a single model. It shows all parts that are close to the first visible shape or to each
-/// other, and leaves out distant markers such as waypoints.
+/// Returns a camera in front of a single model. It shows the first visible part and, repeatedly, every part close to
+/// those already included. It thus leaves out distant markers such as waypoints.
 pub fn model_framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
     let mut left = visible(world);
     let mut all = (!left.is_empty()).then(|| left.remove(0));

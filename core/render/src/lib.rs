@@ -1,13 +1,13 @@
 //! Pictures of a world for human viewers, ray traced on the CPU without a display.
 //!
 //! - [`Camera`]: position, direction, field of view and resolution;
-//! - `framing`: default cameras, which are the first camera of the scene or one that shows all visible shapes;
+//! - `framing`: the choice of a camera, which is one of the scene's own or one that shows the visible shapes;
 //! - `stage`: the contents of a picture, that is visible forms with their colours, drawings, curves and the floor;
 //! - `marks`: drawings and curves of graphs as small solids;
 //! - `light`: the lamp, the sky, the grid on the floor, and the shading of surfaces;
 //! - `render`: the pixels, with shadows and antialiased edges.
 //!
-//! A picture depends only on the world and the camera, not on the number of threads.
+//! A picture depends only on the arguments of [`picture`], not on the number of threads.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values in tests do not affect results"))]
 
@@ -28,8 +28,9 @@ use tatu_core::World;
 
 /// Renders a picture of the scene in its current state: visible shapes, drawings, and curves of graphs in space.
 ///
-/// Each pixel requires 10 to 30 rays, which are cast on the threads of the world. `lines` are rendered in addition to
-/// the contents of the scene. `ground` selects whether a floor is rendered below all shapes if the scene has no plane.
+/// A pixel on a smooth surface requires 8 rays, and one at an edge more than 100; the rays are cast on the threads of
+/// the world. `lines` are rendered in addition to the contents of the scene. `ground` selects whether a floor is
+/// rendered below all shapes if the scene has no visible plane.
 pub fn picture(world: &World, camera: &Camera, lines: &[Line], ground: bool) -> Picture {
     let stage = world.look_at(|scene, figures| stage::Stage::of(scene, figures, camera, lines, ground));
     world.install(|| render::render(&stage, camera))

@@ -69,7 +69,7 @@ impl Pen<'_> {
         }
     }
 
-    /// Returns the radius, in metres, at which a mark at a point appears `pixels` wide.
+    /// Returns the radius, in metres, at which a mark at a point appears `pixels` wide, but at least one pixel wide.
     fn radius(&self, pixels: f64, at: &Point3<f64>) -> f64 {
         (pixels.max(1.0) / 2.0 * self.camera.pixel() * (at - self.camera.from).norm()).max(1e-6)
     }

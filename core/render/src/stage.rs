@@ -16,7 +16,7 @@ pub(super) struct Stage {
     colors: Vec<Color>,
     /// Whether each solid is a plane.
     planes: Vec<bool>,
-    /// Height of the rendered floor, in metres; `None` if the scene has a plane or no floor was requested.
+    /// Height of the rendered floor, in metres; `None` if the scene has a visible plane or no floor was requested.
     floor: Option<f64>,
 }
 
@@ -123,7 +123,8 @@ impl Stage {
         }
     }
 
-    /// Returns whether the grid is drawn on a surface: on planes, and on surfaces in the plane z = 0 that face up.
+    /// Returns whether the grid is drawn on a surface: on the rendered floor, and on other surfaces that face up and
+    /// either are planes or are within 1 mm of z = 0.
     pub fn has_grid(&self, seen: &Seen) -> bool {
         match seen.what {
             What::Floor => true,

@@ -1,11 +1,11 @@
-//! The rules by which the engine's bodies and joints are created from the tree.
+//! The rules by which the engine's bodies and joints are created from the tree of objects.
 
 use tatu_physics::Motion;
 
 use super::{Data, Scene};
 
-/// Returns how a shape's body moves, or `None` if it needs no body. A shape that only carries joints of dynamic shapes
-/// needs a body to which the joints are attached.
+/// Returns how a shape's body moves, or `None` if it needs no body. A shape that is neither dynamic nor respondable
+/// needs a body only if a joint or force sensor connects a dynamic shape to it.
 pub(super) fn motion_of(scene: &Scene, slot: u32) -> Option<Motion> {
     let shape = scene.get(slot)?.shape()?;
     match shape.dynamic {
@@ -16,7 +16,8 @@ pub(super) fn motion_of(scene: &Scene, slot: u32) -> Option<Motion> {
     }
 }
 
-/// Returns the shape that a dynamic shape is connected to, and the joint or force sensor between them.
+/// Returns the shape that a dynamic shape is connected to, and the dynamic joint or unbroken force sensor between them.
+/// Returns `None` if there is no such connection.
 pub(super) fn tie_of(scene: &Scene, slot: u32) -> Option<(u32, u32)> {
     let child = scene.get(slot)?;
     if !child.shape()?.dynamic {
@@ -44,7 +45,7 @@ pub(super) fn has_special_surface(scene: &Scene, slot: u32) -> bool {
     scene.get(slot).and_then(|o| o.shape()).is_some_and(|s| s.surface.is_special())
 }
 
-/// Returns whether an ancestor of an object, a dynamic shape or a joint, can move the object.
+/// Returns whether an object can be moved by one of its ancestors, that is by a joint or a dynamic shape.
 fn is_carried(scene: &Scene, slot: u32) -> bool {
     let mut at = scene.get(slot).map_or(0, |o| o.parent);
     while let Some(o) = scene.get(at) {
@@ -56,7 +57,8 @@ fn is_carried(scene: &Scene, slot: u32) -> bool {
     false
 }
 
-/// Returns the topmost shape above an object, which identifies its tree.
+/// Returns the topmost shape among an object and its ancestors, which identifies its tree, or the object itself if
+/// none of them is a shape.
 pub(super) fn top_shape(scene: &Scene, slot: u32) -> u32 {
     let (mut at, mut top) = (slot, slot);
     while let Some(o) = scene.get(at) {

@@ -1,6 +1,6 @@
 //! Detection of loops that linked dummies cannot close. A link constrains all six degrees of freedom, so the joints
-//! between two dummies must be able to bring them together in position and orientation. Otherwise, the engine applies
-//! forces to the remaining gap for ever.
+//! between two dummies must be able to bring them together in position and orientation. Otherwise a gap remains, and
+//! the engine applies forces in every step to close it.
 
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3, Vector6};
 use tatu_physics::Motion;
@@ -13,7 +13,7 @@ use super::{
 
 /// Maximum gap of a closed loop, m and rad.
 const CLOSED: (f64, f64) = (1e-3, 1e-2);
-/// Number of starting points of the search, each a set of joint positions, and number of iterations from each.
+/// Number of starting points of the search, each a set of joint positions, and maximum number of iterations from each.
 const STARTS: usize = 8;
 const STEPS: usize = 60;
 
@@ -34,8 +34,8 @@ struct Chain {
     end: Isometry3<f64>,
 }
 
-/// Returns the joints and force sensors above a dummy that connect shapes, topmost first, and the topmost shape if it
-/// is dynamic.
+/// Returns the joints and force sensors that connect the shapes above a dummy, topmost first, and the topmost of these
+/// shapes if it is dynamic. Returns `None` if no shape above the dummy has a body.
 fn ties(scene: &Scene, dummy: u32) -> Option<(Vec<u32>, Option<u32>)> {
     let mut shape = scene.get(dummy)?.parent;
     while motion_of(scene, shape).is_none() {
@@ -164,7 +164,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
     best.map_or((Vector3::zeros(), Vector3::zeros()), |(_, left)| left)
 }
 
-/// Returns the names of the world axes on which a vector has a component of more than 10 % of its length.
+/// Returns the names of the world axes along which a vector has a component of more than 10 % of its length.
 fn axes(v: &Vector3<f64>) -> String {
     let named: Vec<&str> =
         ["x", "y", "z"].into_iter().zip(v.iter()).filter(|(_, x)| x.abs() > 0.1 * v.norm()).map(|(n, _)| n).collect();
@@ -172,7 +172,8 @@ fn axes(v: &Vector3<f64>) -> String {
 }
 
 impl Scene {
-    /// Returns one message for each pair of linked dummies that no joint positions can bring together.
+    /// Returns one message for each pair of linked dummies for which no joint positions that bring them together were
+    /// found.
     pub fn open_loops(&self) -> Vec<String> {
         links(self).into_iter().filter_map(|pair| self.open_loop(pair)).collect()
     }

@@ -1,4 +1,5 @@
-//! The wheel drive of a robot, as data for remote clients and views. The core stores it without using it.
+//! The wheel drive of a robot, as data for remote clients and views. The core does not use it, except to check that its
+//! joints exist.
 
 use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
@@ -6,7 +7,7 @@ use tatu_plugin_api::safe::Value;
 
 use crate::graph::{Keys, map};
 
-/// Keys of a drive, with their units.
+/// Keys of the table that describes a drive, with their units.
 pub const KEYS: &[(&str, &str)] = &[
     ("type", ""),
     ("joints", ""),
@@ -18,7 +19,7 @@ pub const KEYS: &[(&str, &str)] = &[
     ("angles", "rad"),
 ];
 
-/// The wheels that drive a robot.
+/// Description of a robot's wheel drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
     form: Form,

@@ -64,7 +64,7 @@ pub fn is_endless(shape: &Shape) -> bool {
 /// Density of shapes without a given mass, kg/m^3: that of water.
 const DENSITY: f64 = 1000.0;
 
-/// Returns the mass of a shape at the default density, kg.
+/// Returns the mass of a shape at the default density, kg; at least 1e-6 kg.
 pub fn default_mass(shape: &Shape) -> f64 {
     visible_parts(shape).iter().map(|p| volume(&p.form) * DENSITY).sum::<f64>().max(1e-6)
 }
@@ -88,7 +88,8 @@ fn mesh_volume(mesh: &Mesh) -> f64 {
     mesh.triangles.iter().map(|[a, b, c]| point(*a).dot(&point(*b).cross(&point(*c))) / 6.0).sum()
 }
 
-/// Returns the inertia of a shape with a given mass and uniform density, about its centre of mass, kg m^2.
+/// Returns the approximate inertia of a shape with a given mass and uniform density, about its centre of mass, kg m^2.
+/// If an axis has no inertia, returns a small multiple of the identity instead, which the engine can invert.
 pub fn default_inertia(shape: &Shape, mass: f64) -> Matrix3<f64> {
     let parts = visible_parts(shape);
     let total: f64 = parts.iter().map(|p| volume(&p.form)).sum::<f64>().max(1e-12);

@@ -5,7 +5,7 @@
 //! - `object`: a single object; `tree`: the tree of all objects, in slots with generations; `names`, `name_index`:
 //!   lookup by path and by unique name; `moves`: the shapes that have moved;
 //! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting poses;
-//! - [`rows`]: the property rows of the core; `props`: reading and setting properties;
+//! - [`rows`]: the table of the core's properties; `props`: reading and setting properties;
 //! - `forms`: the solids of a shape; `drive`: the wheel drive of a robot; `texture`: images on shapes;
 //! - `dynamics`: bodies and joints of the engine; `body_rules`: rules for their creation from objects; `mechanisms`:
 //!   the choice of solver for the joints of a mechanism; `closing`: whether loops can be closed; `mechanics`: checks of
@@ -70,15 +70,15 @@ pub fn pose_from_array(a: &[f64; 7]) -> Option<Isometry3<f64>> {
     finite.then(|| Isometry3::from_parts(Translation3::new(a[0], a[1], a[2]), unit(q)))
 }
 
-/// Returns the orientation of intrinsic rotations about x, then y, then z, rad.
+/// Returns the orientation that results from intrinsic rotations about x, then y, then z, rad.
 pub fn from_euler(e: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::x_axis(), e[0])
         * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), e[1])
         * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), e[2])
 }
 
-/// Returns the intrinsic rotations about x, y and z of an orientation, rad; the first is 0 if the second is +-90
-/// degrees.
+/// Returns an orientation as intrinsic rotations about x, y and z, rad. If the second is within 0.2 degrees of +-90
+/// degrees, the first is 0.
 pub fn to_euler(q: &UnitQuaternion<f64>) -> [f64; 3] {
     let r: Rotation3<f64> = q.to_rotation_matrix();
     let beta = libm::asin(r[(0, 2)].clamp(-1.0, 1.0));

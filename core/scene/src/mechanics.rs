@@ -14,7 +14,7 @@ use super::{
     document::Settings,
 };
 
-/// Largest mass ratio of two bodies on a joint for which joints and contacts have been tested.
+/// Mass ratio of two bodies that a joint connects, up to which joints and contacts have been tested.
 const MOST_RATIO: f64 = 1000.0;
 
 /// Longest sub-step with which a stack of ten boxes is stable, s: the boxes shift by 0.4 mm. With twice the length,
@@ -24,7 +24,7 @@ const COARSEST: f64 = 0.005;
 /// Relative rounding tolerance in the triangle inequality of principal moments of inertia.
 const ROUNDING: f64 = 1e-6;
 
-/// Returns one message for each problem.
+/// Returns one message for each problem of a scene's mechanics.
 pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
     let mut found = Vec::new();
     let substep = settings.physics_dt.min(settings.dt) / f64::from(settings.physics_substeps.max(1));
@@ -36,7 +36,7 @@ pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
             settings.physics_substeps
         ));
     }
-    // Equal problems are merged: a hundred equal robots cause a single message.
+    // Impossible inertias with the same values are merged, so a hundred equal robots cause a single message.
     let mut alike: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (slot, object) in scene.slots() {
         let Some(shape) = object.shape().filter(|s| s.dynamic) else { continue };
@@ -74,7 +74,8 @@ fn mass(shape: &Shape) -> f64 {
     shape.mass.unwrap_or_else(|| default_mass(shape))
 }
 
-/// Returns why a body's inertia is impossible, if it is: no principal moment can exceed the sum of the other two.
+/// Returns why a body's inertia is impossible, or `None` if it is possible: all principal moments must be positive, and
+/// none can exceed the sum of the other two.
 fn impossible(shape: &Shape) -> Option<String> {
     let inertia = Matrix3::from_row_slice(shape.inertia.as_ref()?);
     let mut moments: Vec<f64> = inertia.symmetric_eigenvalues().iter().copied().collect();

@@ -1,10 +1,10 @@
 //! The choice of solver for the joints of each mechanism.
 //!
-//! A mechanism consists of everything attached to a root body by joints and force sensors. Reduced coordinates are
-//! exact under any load, whether a tree of links or the engine solves them; the tree is several times as fast, but
-//! does not support loops, gears, screws and special surfaces. Impulses are cheaper still but soft. They suffice for a
-//! vehicle: its wheels turn about axes through their centres of mass, so the joints carry no torque, and swivel or
-//! steering axes are upright.
+//! A mechanism consists of everything attached to a root body by joints and force sensors. In reduced coordinates, its
+//! joints are exact under any load. The engine can solve any mechanism in this form. Solving it as a tree of links is
+//! several times as fast, but loops, gears, screws and special surfaces are not supported. Impulses are cheaper still
+//! but soft. They suffice for a vehicle: its wheels turn about axes through their centres of mass, so the joints carry
+//! no torque, and swivel or steering axes are upright.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,7 +22,7 @@ const CENTRED: f64 = 1e-3;
 /// Minimum cosine of the angle between a steering axis and the vertical: 25 degrees.
 const UPRIGHT: f64 = 0.9;
 
-/// Maximum number of joints between a vehicle and a wheel, which is that of a caster.
+/// Maximum number of joints between the root of a vehicle and a wheel: a caster has a swivel joint and a wheel joint.
 const DEEPEST: u32 = 2;
 
 /// The solvers chosen for all mechanisms.
@@ -30,18 +30,19 @@ struct Forms {
     /// For each shape that is connected to a shape above it: the slots of the shape above, and of the joint or force
     /// sensor in between.
     ties: BTreeMap<u32, (u32, u32)>,
-    /// The form of each mechanism, with the reason, by its root shape.
+    /// The form in which the joints of each mechanism are solved, with the reason for the choice, by the root shape.
     of_root: BTreeMap<u32, (JointForm, &'static str)>,
 }
 
-/// Returns the form of each joint and force sensor, by the shape below it.
+/// Returns the form in which each joint and force sensor is solved, by the shape below it.
 pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
     let Forms { ties, of_root } = choose(scene);
     let of = |child: u32| of_root.get(&root(&ties, child).0).map(|(form, _)| *form).unwrap_or_default();
     ties.keys().map(|child| (*child, of(*child))).collect()
 }
 
-/// Returns the solver of the mechanism that a shape belongs to, and the reason; empty if the shape has no mechanism.
+/// Returns the solver of the mechanism that a shape belongs to, and the reason for the choice, or an empty string if
+/// the shape does not belong to a mechanism.
 pub(crate) fn solver_used(scene: &Scene, slot: u32) -> String {
     let Forms { ties, of_root } = choose(scene);
     of_root.get(&root(&ties, slot).0).map_or_else(String::new, described)
@@ -126,7 +127,7 @@ fn unfit_for_trees(scene: &Scene, ties: &BTreeMap<u32, (u32, u32)>) -> BTreeMap<
     unfit
 }
 
-/// Returns the root shape of the mechanism of a shape, and the number of joints in between.
+/// Returns the root shape of the mechanism of a shape, and the number of joints and force sensors in between.
 fn root(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
     let (mut at, mut depth) = (child, 0);
     while let Some((above, _)) = ties.get(&at) {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// The shapes that have moved, in order; each is listed once between two reads.
+/// The shapes that have moved, in order; each is listed at most once between two reads.
 #[derive(Debug, Default)]
 pub struct Moves {
     list: Vec<u32>,

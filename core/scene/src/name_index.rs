@@ -41,7 +41,7 @@ impl NameIndex {
         }
     }
 
-    /// Returns the slots of the objects with this unique name, in order.
+    /// Returns the slots of the objects with this unique name, in ascending order.
     pub fn named(&self, alias: &str, suffix: i32) -> impl Iterator<Item = u32> {
         let users = self.0.get(alias);
         users.into_iter().flat_map(move |u| u.all.range((suffix, 0)..=(suffix, u32::MAX))).map(|(_, slot)| *slot)

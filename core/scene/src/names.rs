@@ -159,7 +159,7 @@ impl Scene {
         self.index.add(alias, suffix, slot);
     }
 
-    /// Rebuilds the index of names after the tree has been read from a file, which does not contain it.
+    /// Rebuilds the index of names, which is not serialized, after the tree has been deserialized.
     pub fn index_names(&mut self) {
         let mut index = super::name_index::NameIndex::default();
         self.slots().for_each(|(slot, o)| index.add(&o.alias, o.suffix, slot));

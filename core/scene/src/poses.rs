@@ -94,8 +94,9 @@ impl Scene {
             self.places.links[at].hangs = false;
         }
     }
-    /// Makes an object hang (see `transforms`) if it has no children and no reader tracks it; otherwise makes it store
-    /// its world pose. The stored pose must equal the pose computed from that of the parent, to the last bit.
+    /// Makes an object hang (see `transforms`), unless it is a shape, a script or a root, has children, or is the child
+    /// of a joint; such an object stores its world pose instead. The stored pose must equal the pose computed from that
+    /// of the parent, to the last bit.
     pub(super) fn hang(&mut self, slot: u32) {
         let Some(o) = self.get(slot) else { return };
         let watched = matches!(o.data, Data::Shape(_) | Data::Script) || !o.children.is_empty();
@@ -169,7 +170,7 @@ mod tests {
         assert_eq!(s.before(made), None, "a move does not change that");
         s.note_places();
         assert_eq!(s.before(made), Some(s.world(made)));
-        // After a barrier without moves since the previous one, the current poses are the previous ones.
+        // Nothing has moved since this barrier, so the poses at the barrier are the current ones.
         s.set_local(base, at(2.0));
         s.note_places();
         assert_eq!(s.before(frame), Some(at(2.0) * at(0.5)));

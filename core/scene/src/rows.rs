@@ -1,5 +1,5 @@
-//! The table of the core's properties, with one row for each. Scene files, `--set`, builders, scripts and services all
-//! use it.
+//! The table of the core's properties, with one row per property. Scene files, `--set`, builders, scripts and services
+//! all use it.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 

@@ -22,7 +22,7 @@ pub(super) struct Link {
     pub hangs: bool,
     /// Whether the object is a joint, which moves the frame of its children.
     pub joint: bool,
-    /// Whether the object is a shape, whose moves are recorded in [`Moves`](crate::Moves).
+    /// Whether the object is a shape; a shape that has moved is listed in [`Moves`](crate::Moves).
     pub shape: bool,
     /// Whether the object is the base of a model.
     pub model_base: bool,

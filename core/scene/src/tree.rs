@@ -8,8 +8,9 @@ use tatu_plugin_api::abi::{tatu_object, tatu_slot};
 
 use super::{Data, FrictionPair, JointSolver, Object, moves::Moves, name_index::NameIndex, transforms::Transforms};
 
-/// Minimum number of free slots before one is reused. If a script keeps the handle of a removed object, the handle
-/// remains invalid until this many further objects have been removed. Free slots cost some memory but no time.
+/// Minimum number of free slots before one is reused, while slots can be added. If a script keeps the handle of a
+/// removed object, the handle remains invalid until this many further objects have been removed. Free slots cost some
+/// memory but no time.
 const FREE_NUMBERS: usize = 1 << 16;
 
 /// The handle of an object in the ABI: generation << 20 | slot.

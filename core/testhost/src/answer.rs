@@ -40,8 +40,8 @@ thread_local! {
     static LAST: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Runs `f`. Stores the message of a failure or a panic as the last error of this thread, and returns the result of
-/// `refused`.
+/// Runs `f`. If it fails or panics, stores the message as the last error of this thread, and returns the result of
+/// `refused`, which receives the status.
 pub fn guarded<T>(refused: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, Wrong>) -> T {
     let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(done)) => return done,
@@ -56,12 +56,13 @@ pub fn guarded<T>(refused: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Re
     refused(status)
 }
 
-/// Like [`guarded`], for functions that return a status.
+/// Like [`guarded`], but returns `TATU_OK` or the status of the failure.
 pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
     guarded(|status| status, || f().map(|()| TATU_OK))
 }
 
-/// Returns the message of the last failure, valid until the next failure on this thread.
+/// Returns the message of the last failure on this thread, or an empty string if there was none. The string is valid
+/// until the next failure on this thread.
 pub extern "C" fn last_error() -> tatu_str {
     LAST.with(|last| {
         let last = last.borrow();
@@ -69,7 +70,7 @@ pub extern "C" fn last_error() -> tatu_str {
     })
 }
 
-/// Converts a C string that a test passes; error messages refer to it as `what`.
+/// Borrows a C string that a test passes. Fails if it is null or not UTF-8; the message refers to it as `what`.
 ///
 /// # Safety
 /// `text` must be null, or a zero-terminated string that lives for `'a`.

@@ -27,7 +27,7 @@ pub struct Setup<'a> {
     pub plugins: Vec<PathBuf>,
 }
 
-/// File name under which the text of the scene is read.
+/// File name that stands for the text of the scene in error messages.
 const SCENE: &str = "scene-of-the-test.toml";
 
 /// The program's records of calls into plugins; unset if the test host is used as a library.
@@ -76,7 +76,7 @@ fn refused(registry: &Registry, given: &[PathBuf]) -> Result<(), Wrong> {
     }
 }
 
-/// Ends a world, then its plugins, and returns the errors of the plugins.
+/// Ends a world, then its plugins if no other world uses them, and returns the errors that the plugins report.
 pub fn close(world: World, registry: Arc<Registry>) -> Vec<String> {
     drop(world);
     let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();

@@ -198,7 +198,7 @@ unsafe extern "C" fn faults(world: *mut tatu_test_world) -> tatu_str {
     guarded(|_| Lent::EMPTY.raw(), all)
 }
 
-/// Writes a value through a pointer that a test passes.
+/// Writes a value through a pointer that a test passes. Fails if the pointer is null.
 ///
 /// # Safety
 /// `out` must be null or point to a value.

@@ -8,7 +8,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::answer::Wrong;
 
-/// Returns the last reading of a sensor.
+/// Returns the last reading of a sensor. Fails if there is no such object, or if it is not a sensor.
 pub fn reading(world: &World, path: &str) -> Result<Reading, Wrong> {
     if let Some(reading) = world.reading(path) {
         return Ok(reading);
@@ -20,7 +20,8 @@ pub fn reading(world: &World, path: &str) -> Result<Reading, Wrong> {
     Err(Wrong::missing(format!("there is no object `{path}`{near}")))
 }
 
-/// Returns a field of the last reading of a sensor. Bytes are converted to integers.
+/// Returns a field of the last reading of a sensor, with bytes converted to integers. Fails if the sensor has not
+/// measured yet.
 pub fn field(world: &World, path: &str, name: &str) -> Result<Value, Wrong> {
     let reading = reading(world, path)?;
     let names: Vec<&str> = reading.fields.iter().map(|f| f.name.as_str()).collect();
@@ -43,7 +44,7 @@ fn numbers(value: &Value) -> Value {
     }
 }
 
-/// Converts a whole reading to a map.
+/// Converts a whole reading to a map with the keys `kind`, `time`, `sequence` and `fields`.
 pub fn whole(reading: &Reading) -> Value {
     let fields = reading.fields.iter().map(|f| (Value::text(&f.name), numbers(&f.value))).collect();
     Value::Map(vec![

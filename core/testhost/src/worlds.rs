@@ -24,7 +24,7 @@ use crate::{
     told,
 };
 
-/// An open world, and the memory of the last answer.
+/// An open world, and the memory that its last answer lends to the test.
 pub struct Open {
     pub world: World,
     registry: Arc<Registry>,
@@ -38,7 +38,8 @@ pub struct Open {
 }
 
 thread_local! {
-    /// The worlds are not dropped when the thread exits, because a world cannot be ended properly at that point.
+    /// The open worlds of this thread, by handle. They are not dropped when the thread exits, because a world cannot be
+    /// ended properly at that point.
     static OPEN: ManuallyDrop<RefCell<BTreeMap<usize, Rc<Open>>>> = const { ManuallyDrop::new(RefCell::new(BTreeMap::new())) };
 }
 static NEXT: AtomicUsize = AtomicUsize::new(1);

@@ -1,4 +1,4 @@
-/* tatu/command.h: commands, which scripts, remote clients and other plugins call. */
+/* tatu/command.h: commands that scripts, remote clients and other plugins can call. */
 #ifndef TATU_COMMAND_H
 #define TATU_COMMAND_H
 

@@ -278,10 +278,11 @@ enum tatu_param_flag {
   TATU_PARAM_ANY = 16      /* any type; `type` is ignored */
 };
 
-/* Declaration of a parameter of an instance, or of a parameter or result of a command. Scene files append the unit to
- * the key: with unit "m", `range` is written `range_m`; with unit "rad", `angle` is written `angle_deg`, in degrees.
- * Values that cross the ABI are always in SI units and radians. A parameter of type TATU_OBJECT also accepts a script's
- * handle, and passes it as an object of generation 0; the service that receives it checks whether the object exists. */
+/* Declaration of a parameter (of an instance, model, import or command), of a result of a command, or of a field of an
+ * event. Scene files append the unit to the key: with unit "m", `range` is written `range_m`; with unit "rad", `angle`
+ * is written `angle_deg`, in degrees. Values that cross the ABI are always in SI units and radians. A parameter of type
+ * TATU_OBJECT also accepts a script's handle, and passes it as an object of generation 0; the service that receives it
+ * checks whether the object exists. */
 typedef struct tatu_param {
   uint32_t size;
   uint32_t type;       /* TATU_BOOL, I64, F64, TEXT, BYTES, F64S, LIST, MAP, FUNC or OBJECT */

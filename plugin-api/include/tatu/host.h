@@ -59,7 +59,7 @@ typedef struct tatu_host_scene {
   tatu_status(TATU_CALL *find)(tatu_world *, tatu_object from, tatu_str path, tatu_object *);
   /* Creates an object. It exists at once, and takes part in physics from the next stage. */
   tatu_status(TATU_CALL *create)(tatu_world *, const char *kind, tatu_object parent, tatu_str alias, tatu_object *);
-  /* Removes objects. They can no longer be found; their children become those of their parent; their instances are
+  /* Removes objects. They can no longer be found; their children become children of their parents; their instances are
    * destroyed at the next stage. */
   tatu_status(TATU_CALL *remove)(tatu_world *, const tatu_object *, uint32_t n);
   /* Lists objects below `base` (0: all objects). `kinds` contains the bit 1 << TATU_KIND_* for each kind to list; 0:

@@ -12,7 +12,7 @@ extern "C" {
 
 /* ---------------------------------------------------------------- Beams ----------------------------------------- */
 
-/* Form of the beams, which start at the sensor's origin and point along its +z. */
+/* Form of the beams. Volumes and images start at the sensor's origin and point along its +z. */
 enum tatu_beam_form {
   TATU_BEAMS_NONE = 0,
   TATU_BEAMS_RAYS = 1,     /* `count[0]` rays along `directions` */

@@ -137,7 +137,7 @@ pub struct tatu_rust_layout {
     pub n_layouts: u32,
     /// Version of the crate `abi_stable`, NUL-terminated.
     pub abi_stable: *const c_char,
-    /// One `TypeLayout` per frozen type, in the order of this file.
+    /// The `TypeLayout` of `tatu_str`, `tatu_value`, `tatu_pair`, `tatu_field_view` and `tatu_contact`, in this order.
     pub layouts: *const *const c_void,
 }
 
@@ -174,7 +174,8 @@ mod layouts {
     }
 
     /// Compares this side's layouts with those of the other side. Returns `Ok(false)` if they cannot be compared
-    /// because the versions of `abi_stable` differ.
+    /// because the versions of `abi_stable` or the numbers of layouts differ, and an error that identifies the first
+    /// type whose layouts differ.
     ///
     /// # Safety
     /// `other` must point to a table that [`table`] returned, in any build of this crate.

@@ -1,4 +1,5 @@
-//! The tables of the host's services: `tatu/host.h`, and the stand-ins of `tatu/vrep.h`.
+//! The tables of the host's services in `tatu/host.h`, and of the service in `tatu/vrep.h` that creates stand-ins for
+//! missing objects.
 
 use core::ffi::{CStr, c_void};
 

@@ -4,7 +4,7 @@ use core::ffi::{c_char, c_void};
 
 use super::{frozen::*, types::tatu_status};
 
-/// A world that a test has opened: opaque.
+/// Opaque type of a world that a test has opened.
 #[repr(C)]
 pub struct tatu_test_world {
     _opaque: [u8; 0],

@@ -4,7 +4,8 @@
 //! [`Language`]s, [`Service`]s and [`Event`]s through an [`Offer`]. A panic in a callback is caught, and becomes an
 //! error that names the plugin.
 //!
-//! The methods of all traits take `&self`, because a command may call a script that calls the command again.
+//! Apart from `configure`, the methods of the traits take `&self`, because a command may call a script that calls the
+//! command again.
 
 mod call;
 mod declare;

@@ -1,4 +1,4 @@
-//! The host of tests, which opens worlds.
+//! The host for tests, which opens worlds.
 
 use std::{
     ffi::{CString, c_char},
@@ -10,7 +10,7 @@ use tatu_plugin_api::{abi::*, safe::Fail};
 
 use crate::{Error, Result, World, library};
 
-/// A host of tests, and the plugins that its worlds load in addition to those of the program.
+/// A host for tests, with the plugins that its worlds load in addition to those of the program.
 #[derive(Clone)]
 pub struct Host {
     table: &'static tatu_test_host,

@@ -102,8 +102,9 @@ pub fn counts(beams: &Beams) -> (usize, usize) {
 }
 
 impl Inputs {
-    /// Fills the empty ones of the arrays that the kind requests (`asks`, a sum of `TATU_IN_*`). `directions` are those
-    /// of the rays. Fails if an array has the wrong length, or is not empty although the kind does not request it.
+    /// Fills the arrays that are empty and that the kind requests (`asks`, a sum of `TATU_IN_*`). `directions` are
+    /// those of the rays. Fails if an array has the wrong length, or is not empty although the kind does not request
+    /// it.
     pub fn completed(mut self, asks: u32, beams: &Beams, directions: &[[f64; 3]]) -> Result<Self> {
         let (n_beams, n_pixels) = counts(beams);
         let n = |input: u32, n: usize| if asks & input != 0 { n } else { 0 };
@@ -136,7 +137,7 @@ impl Inputs {
     }
 }
 
-/// Returns `given` if it has `n` elements, or a filled array if it is empty.
+/// Returns `given` if it has `n` elements, or a filled array if it is empty; otherwise fails.
 fn filled<T>(name: &str, given: Vec<T>, n: usize, fill: impl Fn(usize) -> T) -> Result<Vec<T>> {
     match given.len() {
         0 => Ok((0..n).map(fill).collect()),

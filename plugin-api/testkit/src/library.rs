@@ -10,7 +10,7 @@ use crate::{Error, Result};
 /// Returns the path of a package's library: the `cdylib` that cargo has built beside the running test.
 ///
 /// # Errors
-/// Fails if there is no such file, because the crate is not a `cdylib`, or only unit tests are built.
+/// Fails if there is no such file, for example because the crate is not a `cdylib`, or only unit tests are built.
 pub fn plugin_library(package: &str) -> Result<PathBuf> {
     let name = format!("{DLL_PREFIX}{}{DLL_SUFFIX}", package.replace('-', "_"));
     let test = std::env::current_exe().map_err(|e| Error::new(format!("cannot get the path of this test: {e}")))?;

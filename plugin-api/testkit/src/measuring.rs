@@ -17,7 +17,8 @@ pub fn measure<S: Sensor>(params: &[(&str, Value)], inputs: Inputs) -> Result<Re
     SensorBench::<S>::new(params)?.measure(inputs)
 }
 
-/// Like [`measure`], for several sensors with the same parameters, which are measured in one batch, as in a scene.
+/// Measures like [`measure`], but with several sensors with the same parameters in one batch, as in a scene. Returns
+/// the readings in the order of `inputs`.
 ///
 /// # Errors
 /// Fails like [`measure`].
@@ -53,7 +54,7 @@ impl<S: Sensor> SensorBench<S> {
     /// state is retained.
     ///
     /// # Errors
-    /// Fails if there is no such parameter, or the sensor rejects the value.
+    /// Fails if there is no such parameter, the value does not fit its declaration, or the sensor rejects the value.
     pub fn set(&mut self, key: &str, value: impl Into<Value>) -> Result {
         let declared = S::params();
         let mut given: Vec<(&str, Value)> = declared

@@ -18,7 +18,7 @@ pub struct World {
     thread: PhantomData<*mut ()>,
 }
 
-/// Returns a function of the host's table; returns an error from the caller if the host lacks the function.
+/// Evaluates to a function of the host's table or, if the host lacks it, returns an error from the enclosing function.
 macro_rules! host {
     ($world:ident . $function:ident) => {
         $world.table.$function.ok_or_else(|| Error::new(concat!("this host has no ", stringify!($function))))?
@@ -47,7 +47,7 @@ impl World {
         if status >= 0 { Ok(()) } else { Err(unsafe { Self::last_error(self.table) }) }
     }
 
-    /// Copies a value that the host wrote.
+    /// Copies a value that the host wrote, if `status` is a success.
     fn value(&self, status: tatu_status, raw: tatu_value) -> Result<Value> {
         self.check(status)?;
         // SAFETY: the value's memory is valid until the next call with this world, and is copied at once.

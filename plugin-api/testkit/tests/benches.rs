@@ -14,7 +14,7 @@ impl Plugin for Nothing {
     fn offer(_: &mut Offer<Self>) {}
 }
 
-/// An image of `columns` by 2 pixels. Its fields are the depths, the mean of each row, and `own` zeros.
+/// An image of `columns` by 2 pixels. Its fields are the depths, the mean of each row, `own` zeros, and the objects.
 struct Eye {
     columns: u32,
     own: u32,

@@ -47,16 +47,16 @@ fn kind(path: &Path) -> Option<&'static str> {
     })
 }
 
-/// The environment variable that disables npm, and the value that does so.
+/// The environment variable that prevents this script from running npm if it has the value in `OFF`.
 const SWITCH: &str = "TATU_PAGE_NPM";
 const OFF: &str = "off";
-/// Arguments of npm. Failed downloads are not retried and time out soon, because the build waits for them.
+/// Arguments of npm. Failed downloads are not retried and time out after 10 s, because the build waits for them.
 const NPM: &[&str] =
     &["ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=0", "--fetch-timeout=10000"];
 /// The files that `npm ci` reads.
 const LOCK: &str = "package-lock.json";
 const PACKAGE: &str = "package.json";
-/// A copy of the lock file, written after all packages that it lists have been installed.
+/// A copy of the lock file, written when the installation is complete, so that later builds can skip it.
 const INSTALLED: &str = "installed-lock.json";
 /// If npm fails within this time, every later build runs it again.
 const QUICK: Duration = Duration::from_secs(5);
@@ -126,7 +126,7 @@ fn install(page: &Path, folder: &Path) -> io::Result<()> {
         return Ok(());
     }
     let text = String::from_utf8_lossy(&out.stderr);
-    // npm prints the error code and the failed system call before the message.
+    // npm prints the error code and the failed system call before the message, so such lines are skipped.
     let details = ["code ", "errno ", "syscall ", "path "];
     let is_said = |line: &&str| !line.is_empty() && !details.iter().any(|word| line.starts_with(word));
     let mut lines = text.lines().filter_map(|line| line.strip_prefix("npm error ")).filter(is_said);

@@ -3,7 +3,8 @@
     python -m tatu_sim.examples.avoid_walls                   five minutes
     python -m tatu_sim.examples.avoid_walls --seconds 30      a shorter run
 
-The policy is linear: the closeness that 16 sonars report, times weights, plus a bias, gives the speeds of both wheels.
+The policy is linear up to saturation: the closeness that 16 sonars report, times weights, plus a bias, limited by tanh,
+gives the speeds of both wheels.
 The method draws 32 vectors of weights from a normal distribution, lets each drive in two worlds for a while, and moves
 the distribution towards the best of them. The untrained policy is the mean of the first distribution: all weights are
 0, and the robot drives straight ahead at its mean speed.
@@ -30,7 +31,7 @@ UNSEEN = [1_000_000 + n for n in range(20)]
 
 
 class Policy:
-    """Linear policies, one for each world."""
+    """Linear policies with saturated outputs, one for each world."""
 
     def __init__(self, env, weights: np.ndarray):
         inputs, outputs = env.single_observation_space.shape[0], env.single_action_space.shape[0]

@@ -1,4 +1,4 @@
-//! A service that holds no barrier, and calls one command that waits.
+//! A service that never holds the world between steps, and that calls one command whose result comes later.
 
 use std::{ffi::c_void, ptr::null};
 

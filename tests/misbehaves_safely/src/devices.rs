@@ -1,4 +1,5 @@
-//! Devices and a model whose declarations change each time they are read.
+//! Devices and a model whose declarations change each time they are read, and a sensor that reads its rays while aiming
+//! them.
 
 use std::sync::atomic::AtomicUsize;
 

@@ -64,7 +64,8 @@ static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, cons
   tatu_build_set3(&p, caster, "size", 2 * ball, 2 * ball, 2 * ball);
   solid(&p, caster, 0.2);
 
-  // The parameters of the drive, for commands and services: the keys of `drive` in scene files, without units.
+  // The parameters of the drive, for commands and services. The keys are those of `drive` in scene files, without the
+  // suffix of the unit: `radius` for `radius_m`.
   tatu_build_set(&p, base, "drive", tatu_map_of(TATU_ENTRIES(
     tatu_entry("type", tatu_string("differential")),
     tatu_entry("joints", tatu_list_of(TATU_VALUES(tatu_string(":/left_motor"), tatu_string(":/right_motor")))),

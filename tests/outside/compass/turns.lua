@@ -1,4 +1,5 @@
--- Turns once per second: the sensor has counted the turns, and the run depends on its state.
+-- Turns the axis about once per second. The speed depends on the number of turns that the sensor has counted, so the
+-- run differs if the state of the sensor is lost.
 function sysCall_init()
     axis, counter = sim.getObject('..'), sim.getObject('./table/counter')
 end

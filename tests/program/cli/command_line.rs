@@ -120,9 +120,8 @@ fn a_script_may_stop_the_run() {
 #[test]
 fn set_changes_properties_and_parameters() {
     let place = scene();
-    // During the acceleration the motor exerts its maximum torque: 3 N m (tests/facts/pioneer.md, 3), or the value set
-    // by
-    // `--set`.
+    // During the acceleration the motor exerts its maximum torque: 3 N m (tests/facts/pioneer.md, 3), or the value that
+    // `--set` specifies.
     let torque = |args: &[&str]| {
         let lines = place.trace(&[MOTOR], &[&["--steps", "1"], args].concat());
         lines[0].0["objects"][MOTOR]["joint"]["effort"].as_f64().unwrap()

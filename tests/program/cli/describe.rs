@@ -120,7 +120,7 @@ fn every_example_is_a_scene_that_would_start() {
     place.tatu(&["check", "scene.toml"]).good();
 }
 
-/// Everything that is listed can be described, individually and together, and is never `null`.
+/// All listed models can be described in one call, and the example of each description is a valid scene.
 #[test]
 fn listed_models_are_described_and_named_in_scenes() {
     let place = Place::new();

@@ -90,7 +90,8 @@ fn consoles_stand_in_the_trace() {
     assert_eq!(told, [json!({ "Log": "a=1 b=2\n" }), json!({ "Log": null }), json!({ "Log": "y" }), json!({})]);
 }
 
-/// Clocks show the simulated time, which starts with the first second of 2015, or with `--realtime` the system time.
+/// Clocks show the simulated time, which starts with the first second of 2015. In a run at a given speed (`--speed`),
+/// they show the system time.
 #[test]
 fn clocks_are_simulation_time_unless_the_run_is_in_real_time() {
     let place = Place::new();

@@ -35,7 +35,8 @@ pub struct Done {
 }
 
 impl Done {
-    /// Returns the summary of `run --json`, or the array of `list --json`.
+    /// Parses standard output, which must be JSON: for example, the summary of `run --json` or the array of `list
+    /// --json`.
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.out)
             .unwrap_or_else(|e| panic!("stdout is not JSON ({e}):\n{}\n{}", self.out, self.err))
@@ -81,7 +82,7 @@ pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> D
     }
     let output = loop {
         match command.output() {
-            // A new process of another test may still hold a program open that was just copied.
+            // A process that another test has just forked may still have the freshly copied program open for writing.
             Err(e) if e.kind() == ErrorKind::ExecutableFileBusy => std::thread::sleep(Duration::from_millis(10)),
             other => break other.unwrap(),
         }

@@ -28,7 +28,8 @@ impl Said {
         Said { test, texts: String::new() }
     }
 
-    /// Adds the output of a run in `place`, under a line with the arguments. The path of the folder is removed from it.
+    /// Adds the output of a run in `place`, under a line that says what was tried. The path of the folder is replaced
+    /// by `FOLDER`, because it is different in each run.
     pub fn add(&mut self, tried: &str, place: &Place, text: &str) {
         assert!(!text.contains("panicked"), "a panic:\n{text}");
         let mut text = text.replace(consts::DLL_SUFFIX, ".so");

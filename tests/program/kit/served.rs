@@ -20,7 +20,7 @@ pub struct Served {
 }
 
 impl Served {
-    /// Serves a scene on a port chosen by the service.
+    /// Serves a scene on a free port, which the system chooses.
     pub fn new(service: &str, scene: &str) -> Served {
         Self::with(service, scene, &[])
     }

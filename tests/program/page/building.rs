@@ -80,7 +80,7 @@ fn twenty_edits_are_undone_and_done_again() {
     let at = shown.pixel("left", [0.0, 0.0, 0.2]);
     shown.page.click_at(at, 1);
     shown.until("store.selected() === of('left').id");
-    // Delete, undo, copy, and copy again: twenty edits.
+    // The block is deleted, which is undone, and is then copied twenty times.
     shown.page.key("Delete", 46);
     shown.until("of('left') === undefined");
     shown.ctrl("z", 90);

@@ -33,7 +33,7 @@ impl Shown {
         self.page.js(&asking(expression))
     }
     /// Waits until an expression, as in [`Shown::ask`], is true. The camera is at x = 3 before it is moved to the
-    /// scene.
+    /// scene, so tests wait for another x before they compute positions on the screen.
     pub fn until(&mut self, expression: &str) {
         self.page.until(&asking(expression));
     }

@@ -105,7 +105,8 @@ fn a_scene_is_found_opened_and_pictured() {
     assert!(page.js(&format!("{shown}[0].textContent")).as_str().unwrap().contains("Try: press Play"));
     page.js(&format!("{shown}[0].click()"));
     page.until("document.getElementById('name').textContent === 'pioneer_avoids_walls.toml'");
-    // If the page has not saved a picture of the scene, the card shows the picture next to the scene file.
+    // Once the page has drawn the scene, the card shows the picture that the page has saved, not the one next to the
+    // scene file.
     page.until("import('tatu/view').then((v) => v.drawn > 3)");
     page.click("#gallery");
     page.until(&format!("{headings}[0] === 'Recent'"));

@@ -75,7 +75,7 @@ fn both(scene: &str, size: [u32; 2]) -> [Rgb; 2] {
     [Rgb::read(&png), Rgb::read(&std::fs::read(out).unwrap())]
 }
 
-/// Returns the median and the 90th percentile of the color difference (CIE76).
+/// Returns the median and the 90th percentile of the colour differences (CIE76) of the pixels.
 fn difference([page, look]: &[Rgb; 2]) -> [f64; 2] {
     assert_eq!((page.columns, page.rows), (look.columns, look.rows));
     let pixels = |p: &Rgb| p.bytes.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect::<Vec<_>>();

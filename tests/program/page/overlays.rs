@@ -11,7 +11,8 @@ const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive 
     [[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
     position_m = [1.0, 0.0, 2.0]\ndynamic = true\nmass_kg = 1.0\ninitial_velocity_m_s = [0.0, 0.0, 150.0]\n";
 
-/// Returns a JavaScript expression for the end points of the overlay's line segments in a colour.
+/// Returns a JavaScript expression for the coordinates (x, y, z of each point in turn) of the end points of the
+/// overlay's line segments in a colour.
 fn lines(color: &str) -> String {
     format!(
         "(() => {{ const out = []; view.stage.traverse((x) => {{ if (x.isLineSegments && \
@@ -118,7 +119,7 @@ fn the_camera_turns_with_whom_it_follows() {
         let far = |i: usize| (before[i].as_f64().unwrap() - after[i].as_f64().unwrap()).abs();
         assert!((0..3).all(|i| far(i) < 1e-2), "{before} {after}");
     }
-    // In a parallel projection from above, the scale does not depend on the position.
+    // In a parallel projection from above, the position of a point on the screen does not depend on its height.
     shown.page.click_on("#flat");
     shown.page.js("(() => { const v = document.getElementById('views'); v.value = '5'; v.onchange(); })()");
     let across = "(() => { view.camera.updateMatrixWorld(); const x = (z) => \

@@ -59,7 +59,7 @@ pages! {
 
 #[test]
 fn every_page_with_commands_is_run() {
-    // Another test runs this page.
+    // The tests in `testkit` run the examples of this page.
     let elsewhere = ["testing.md"];
     let mut pages: Vec<String> = fs::read_dir(root().join(BOOK))
         .unwrap()

@@ -143,7 +143,8 @@ fn what_a_plugin_changes_of_the_process_is_put_back_and_told() {
     }
 }
 
-/// The system reports a signal action that was restored with a flag that it did not have before.
+/// After the host has restored a signal action, the system reports it with an additional flag. The host must not take
+/// this for a second change.
 #[test]
 fn what_was_put_back_is_told_once() {
     let done = ran(&calls("signal of children"), &[], &["--steps", "400"]);

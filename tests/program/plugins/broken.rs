@@ -255,7 +255,7 @@ fn libraries_that_are_missing_are_told_with_who_needs_them() {
     }
     fs::remove_file(place.path().join("mine/libhelper_of_mine.so")).unwrap();
     said.because("it is nowhere", &place, &["x"]);
-    // The loader cannot open the library.
+    // The loader cannot open the plugin, because this library is missing.
     let done = run(program(), place.path(), &["list", "plugins"], &[("TATU_PLUGIN_PATH", "mine")]).good();
     done.tells(&["E301", "libhelper_of_mine.so"]);
 

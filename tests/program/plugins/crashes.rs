@@ -17,7 +17,8 @@ use tempfile::TempDir;
 use crate::kit::*;
 
 const ID: &str = "org.example.crashes";
-/// Number of steps of 0.05 s before the crash. Scripts act at 0.15 s, which is in the fourth step.
+/// Number of complete steps, of 0.05 s each, before the crash. The script calls the command at 0.15 s, in the fourth
+/// step.
 const BEFORE: usize = 3;
 
 /// Signal numbers on Linux.
@@ -148,7 +149,7 @@ fn a_crash_before_there_is_a_world_names_the_file() {
         let place = scene();
         crashed(&harmed(&place, in_c(), "init", how, &[]), SIGSEGV, &["`tatu_plugin.init`", ID, &file]);
         crashed(&harmed(&place, in_c(), "constructor", how, &[]), SIGSEGV, &["one of its constructors", &file]);
-        // Every command that loads plugins reports it.
+        // Other commands that load plugins report it too.
         let env = [("TATU_PLUGIN_PATH", in_c().to_str().unwrap()), ("CRASH_AT", "init"), ("CRASH_HOW", how)];
         for args in [&["list", "plugins"][..], &["check", "scene.toml"], &["describe", "joint"]] {
             crashed(&run(program(), place.path(), args, &env), SIGSEGV, &["`tatu_plugin.init`", ID]);

@@ -6,7 +6,8 @@ use sha2::{Digest, Sha256};
 
 use crate::kit::*;
 
-/// Returns the folders with binaries, one for each draft that this host accepts.
+/// Returns the folders of `tests/museum`, one for each draft of the plugin interface that this host accepts. Each has
+/// subfolders ("exhibits") with a binary, its scene, and the expected output.
 fn rooms() -> Vec<PathBuf> {
     folders(&root().join("tests/museum"))
 }

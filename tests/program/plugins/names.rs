@@ -162,7 +162,7 @@ fn a_name_is_no_name_space() {
         &done,
         &["[E303]", "`org.test.reg`", "its command `reg` is also the name space of `reg.b` of the same plugin"],
     );
-    // Of two plugins, the later one is reported, in either order.
+    // Of two plugins, the one that is loaded later is reported, whichever of the two names is the name space.
     let base = place(&watcher("w", "function sysCall_init() assert(one.b() == 1 and two() == 2) end"));
     compile(&base, "a", &commands("a", &["one.b", "two"]).text());
     compile(&base, "b", &commands("b", &["one", "two.b"]).text());

@@ -1,5 +1,5 @@
-//! Tests of plugins written as authors outside of this repository would write them. Each is built by the command in the
-//! comment at its top and checked by its scene.
+//! Tests of plugins written as authors outside of this repository would write them. Those in C and C++ are built by the
+//! command in the comment at their top, those in Rust by Cargo. Each is checked by its scene.
 
 use std::{fs, process::Command};
 
@@ -25,7 +25,7 @@ fn built(name: &str) -> Place {
     place
 }
 
-/// Builds a plugin in Rust with the cargo profile of the tests.
+/// Copies one of the plugins in Rust, together with its library, which Cargo has built with the tests.
 fn in_rust(name: &str) -> Place {
     let place = Place::new();
     copy(&root().join("tests/outside").join(name), place.path());

@@ -33,7 +33,8 @@ pub fn without_sizes(text: &str) -> String {
 }
 
 impl Said {
-    /// Returns the last two lines of the output: the reason why a plugin is not loaded, and the help.
+    /// Runs `tatu plugin why`, which must fail, and adds the last two lines of its output: the reason why a plugin is
+    /// not loaded, and the help.
     #[track_caller]
     pub fn because(&mut self, tried: &str, place: &Place, args: &[&str]) {
         let done = ask(place, args);

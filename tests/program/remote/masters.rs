@@ -7,7 +7,7 @@ use std::{
 
 use crate::{kit::*, remote::legacy_remote, remote::rosbridge, remote::zmq_remote};
 
-/// Returns six robots, the first of which has a script.
+/// Returns the text of a scene with six robots, the first of which has a script.
 fn scene() -> String {
     let mut text = String::from(
         "format = 1\n[scene]\nplugins = [\"plugins\"]\n[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n",
@@ -219,8 +219,8 @@ end
 """ }
 "#;
 
-/// A program that sends the same commands at the same barriers: for twenty steps, and then a stop. The line `READY` is
-/// replaced by the code that starts the simulation.
+/// A program that sends the commands of the script in [`STEERED`] at the same steps, and then a stop. The line `READY`
+/// is replaced by the code that starts the simulation.
 const BY_ZMQ: &str = r#"
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 client = RemoteAPIClient('localhost', PORT)

@@ -1,4 +1,4 @@
-//! Tests of the unmodified scripts of the 2015 course, whose output is compared with that of the original program.
+//! Tests of the unmodified scripts of the 2015 course, whose output is compared with that in V-REP.
 //!
 //! The expected values are from `tests/facts/pioneer.md`, 4. The scripts are not part of the repository and are read
 //! from `../shared/seeds/scripts`.
@@ -24,7 +24,7 @@ fn sonars(line: &str) -> Vec<f64> {
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_status_bar_shows_the_original_picture() {
-    // The values of sonars 4, 5 and 6 in the tutorial. All other sonars are always 0.0 there.
+    // The values of sonars 4, 5 and 6 in the tutorial, which V-REP printed. All other sonars are always 0.0 there.
     const ORIGINAL: [[f64; 3]; 8] = [
         [0.0, 0.0, 0.0],
         [0.0, 0.9999, 0.0],
@@ -36,9 +36,9 @@ fn the_status_bar_shows_the_original_picture() {
         [0.9604, 0.9426, 0.9548],
     ];
     // The robot approaches the wall at 11 degrees. Sonar 5 is then perpendicular to the wall and comes 9.57 mm closer
-    // per step (the 9.75 mm that the wheels roll, times the cosine), as in the original.
+    // per step (the 9.75 mm that the wheels roll, times the cosine), as in the tutorial.
     let robot = student("pioneer_statusbar", "orientation_deg = [0.0, 0.0, 11.0]");
-    // The starting point is chosen so that sonar 5 first detects the wall as in the original, just within its range.
+    // The starting point is chosen so that sonar 5 first detects the wall just within its range, as in the tutorial.
     let wall = cuboid("wall", [0.1, 8.0, 1.0], [2.0546, 0.0, 0.5], "respondable = true");
     let lines = Place::scene(&format!("{FLOOR}{wall}{robot}")).trace(&[], &["--seconds", "5"]);
     let all: Vec<Vec<f64>> = lines.iter().map(|l| sonars(l.status()[0])).collect();
@@ -52,11 +52,11 @@ fn the_status_bar_shows_the_original_picture() {
             assert_eq!(*d > 0.0, shown > 0.0, "sonar {}: {d}, original {shown}", i + 1);
         }
     }
-    // The starting point is not exact: the robot is closer to the wall than in the original by this distance.
+    // The starting point is not exact: the reading of sonar 5 exceeds that in the tutorial by this distance.
     let ahead = picture[1][4] - ORIGINAL[1][1];
     for (ours, theirs) in picture.iter().zip(ORIGINAL) {
         for (d, shown) in ours[3..6].iter().zip(theirs) {
-            // The original's cones are pyramids with eight faces, up to 1.1 degrees narrower than a cone. The distances
+            // V-REP's cones are pyramids with eight faces, up to 1.1 degrees narrower than a cone. The distances
             // differ by up to 3 mm.
             let off = if shown > 0.0 { (d - shown - ahead).abs() } else { 0.0 };
             assert!(off < 0.004, "{d} m, original {shown} m, {ahead} m ahead");

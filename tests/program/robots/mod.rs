@@ -1,4 +1,4 @@
-//! Tests of the robots that come with the program, against closed forms and the original's behaviour.
+//! Tests of the robots that come with the program, against closed forms and the behaviour of V-REP's models.
 
 mod course;
 mod course_scenes;

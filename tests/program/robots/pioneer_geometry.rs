@@ -35,8 +35,8 @@ fn a_positive_speed_of_both_motors_drives_ahead() {
     }
 }
 
-/// Local poses (w x y z, x y z), copied from the objects of V-REP's file. The caster's link is rotated as in this
-/// model.
+/// The rows contain positions relative to the parent, m, copied from the objects of V-REP's file. Those below the
+/// caster are expressed in the frames of this model.
 #[test]
 fn local_positions_are_the_files_within_a_millimetre() {
     let rows = [

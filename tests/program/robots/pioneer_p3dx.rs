@@ -1,4 +1,4 @@
-//! Tests that the Pioneer drives and rests as in the original program.
+//! Tests that the Pioneer drives and rests as in V-REP.
 //!
 //! The measurements are from `tests/facts/pioneer.md`, 3, on an empty floor. With both motors at 2 rad/s the robot
 //! moves at 0.19495 m/s (pure rolling: 2 * 0.0975 = 0.195). With 1 and 2 rad/s it turns at 0.29465 rad/s (pure rolling:
@@ -42,7 +42,7 @@ fn at(rows: &[(f64, [f64; 3], f64)], time: f64) -> (f64, [f64; 3], f64) {
 fn straight_as_the_wheels_roll() {
     for variant in VARIANTS {
         let rows = drive(variant, 2.0, 2.0, 24.0);
-        // As in the reference, the speed is measured from 2 s to 10 s after the start.
+        // As in the measurements in V-REP, the speed is the mean from 2 s to 10 s after the start.
         let ((_, a, _), (_, b, _)) = (at(&rows, 2.0), at(&rows, 10.0));
         let speed = f64::hypot(b[0] - a[0], b[1] - a[1]) / 8.0;
         println!("{variant:?}: {speed:.5} m/s");

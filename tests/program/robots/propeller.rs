@@ -50,8 +50,8 @@ fn the_momentum_of_a_lagging_propeller_is_exact() {
 
 #[test]
 fn a_hull_heaves_as_its_waterline_says() {
-    // A hull of 16 kg with an area of 0.16 m^2 sinks in by 0.1 m, half of its height. When pushed down, it oscillates
-    // at sqrt(rho g A / m).
+    // A hull of 16 kg with an area of 0.16 m^2 sinks in by 0.1 m, half of its height. Released 0.03 m above this
+    // position, it oscillates at sqrt(rho g A / m).
     let water = actuator("buoyancy", "size_m = [0.4, 0.4, 0.2]");
     let at = hull(16.0, "").replace("[0.0, 0.0, 0.0]", "[0.0, 0.0, 0.03]");
     let lines =

@@ -199,7 +199,7 @@ fn a_robot_with_a_thruster_changes_no_other() {
     }
 }
 
-/// Loads the plugins next to the built program, and those in a folder.
+/// Loads the plugins that these tests need, whose libraries are next to the built program.
 fn registry() -> Arc<Registry> {
     let names = ["tatu_commands_vrep", "tatu_scripts_lua", "tatu_actuators_thruster"];
     Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
@@ -248,7 +248,8 @@ fn a_stop_brings_commands_parameters_and_removed_thrusters_back() {
 }
 
 /// A plugin in C with actuators: a motor that applies its command as the effort of its joint, evaluated once per step
-/// or before each physics step, and two faulty kinds. The command `fail` makes the motor fail in one of three ways.
+/// or before each physics step, and two faulty kinds. The values 1 to 5 of the command `fail` make the motor fail in
+/// different ways.
 const MOTOR: &str = r#"
 #include "tatu.h"
 #include <math.h>
@@ -452,7 +453,7 @@ fn lists_tell_of_actuators() {
 
 #[test]
 fn what_a_thruster_remembers_stands_in_a_snapshot() {
-    // At 0.3 s the lagged thrust is still rising.
+    // At 0.3 s the lagged thrust is still rising, so the snapshot must contain its current value.
     let more = "thrust_n = 40.0\ntime_constant_s = 0.4";
     let place = Place::scene(&format!("{}{}", hull(""), thruster("thruster", "jet", more)));
     let hash = |more: &[&str]| {

@@ -87,7 +87,8 @@ impl Editor {
     fn path(&mut self, object: &Value) -> String {
         self.call("sim.getObjectAlias", json!([object, 2])).as_str().unwrap().to_owned()
     }
-    /// Returns one line for each settable property, with its path and rounded value, and one for each script.
+    /// Returns the state of the scene as sorted lines: one for each settable property, except parents, unique names and
+    /// poses; one for the pose of each object in the world; and one for each script. Values are rounded.
     fn all(&mut self) -> Vec<String> {
         let mut out = Vec::new();
         for object in self.call("tatu.list", json!([])).as_array().unwrap().clone() {

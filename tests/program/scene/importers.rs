@@ -10,9 +10,8 @@ use tatu_core::{
 
 use crate::kit::*;
 
-/// A plugin with an importer `also`, which claims URDF files with the same confidence as the built-in one, and an
-/// importer
-/// `faulty`, which fails in the way that the first letter of the file selects.
+/// A plugin with an importer `also`, which accepts URDF files with the same confidence as the built-in one, and an
+/// importer `faulty`, which fails in the way that the first letter of the file selects.
 const OTHER: &str = r#"
 #include "tatu.h"
 

@@ -33,7 +33,7 @@ fn what_is_gone_touches_nothing() {
         let done = place.run(&["--seconds", "2", "--trace", "t.jsonl"]);
         assert!(done.code == 0 && !done.err.contains("panicked"), "{callback}: exit {}\n{}", done.code, done.err);
     }
-    // An add-on removes objects while a service and a graph read the world.
+    // An add-on removes the boxes while a script of the scene receives contacts.
     let place = Place::scene(&format!("{FLOOR}{}{}", boxes(), watcher("w", contact)));
     place.write("addons/remove.lua", &remover("sysCall_dyn", contact));
     let done = place.run(&["--seconds", "2", "--addon", "addons/remove.lua"]);

@@ -401,8 +401,8 @@ fn joints_mimic_and_are_damped() {
     assert!((at(last, "/g/one") - at(last - 20, "/g/one")).abs() < 1e-4, "the fingers do not come to rest");
 }
 
-/// Light links that mimic other joints get a rotor inertia, which URDF files do not contain, and a note is logged.
-/// Heavy links and links that mimic no joint get none.
+/// Light links whose joint mimics another one, or is mimicked, get a rotor inertia, which URDF files do not contain,
+/// and a note is logged. Heavy links, and links whose joint is not coupled, get none.
 #[test]
 fn light_geared_links_get_a_rotor() {
     let place = Place::new();
@@ -429,7 +429,8 @@ fn light_geared_links_get_a_rotor() {
     let told = place.tatu(&["convert", "g.urdf", "scene.toml"]).good().err;
     let scene = place.read("scene.toml");
     assert_eq!(scene.matches("armature_kg = 0.05").count(), 2, "{scene}");
-    // Two of the links are at a distance of 30 mm from their axis.
+    // The centre of mass of link `c` is 30 mm from its axis, so a length of 60 mm is assumed: 0.05 kg (0.06 m)^2 =
+    // 1.8e-4 kg m^2, written as 0.00017999...
     assert_eq!(scene.matches("armature_kg_m2 = 0.00017").count(), 1, "{scene}");
     assert_eq!(told.matches("only 15 g: an armature of 5.00e-2 kg is assumed").count(), 2, "{told}");
     assert_eq!(told.matches("an armature of").count(), 3, "{told}");

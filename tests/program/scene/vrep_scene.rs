@@ -37,7 +37,7 @@ fn files_are_read_as_an_independent_reader_does() {
     assert_eq!(count, 41);
 }
 
-/// Files whose scripts also raise errors in the original, with the function that is missing.
+/// Files whose scripts also raise errors in V-REP, each with a part of the error, such as a missing function or module.
 const LACKING: &[(&str, &str)] = &[
     ("v30003_quadcopter", "simExtQuadcopterReadSensors"),
     ("v30103_3Rob_freeEnvironm", "dlgStyle"),
@@ -49,7 +49,7 @@ const LACKING: &[(&str, &str)] = &[
     ("v41000_locomocao", "simZMQ"),
 ];
 
-/// Scripts from eleven years run without an error, or with the errors that they raise in the original.
+/// Scripts from eleven years run without an error, or with the errors that they also raise in V-REP.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn files_run() {
@@ -74,7 +74,8 @@ fn files_run() {
     assert_eq!(good, 41 - LACKING.len());
 }
 
-/// The original applies position targets directly, once per step, and so do imported scenes.
+/// V-REP applies position targets directly, once per step. Imported scenes do the same, so their targets are not
+/// interpolated between steps.
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn targets_jump_as_in_the_original() {

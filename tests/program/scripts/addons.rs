@@ -23,7 +23,7 @@ function sysCall_actuation()
   sim.setJointTargetVelocity(right, 2)
 end";
 
-/// Returns the lines of standard error that begin with `> `.
+/// Returns the lines of standard error that begin with `> `, in order and without this prefix.
 fn told(done: &Done) -> Vec<String> {
     done.err.lines().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }
@@ -32,7 +32,8 @@ fn listed(place: &Place, env: &[(&str, &str)]) -> Vec<Value> {
     run(program(), place.path(), &["list", "addons", "--json"], env).good().json().as_array().unwrap().clone()
 }
 
-// See tests/facts/script-api.md, 6, for the file names of all versions and for `autoStart`.
+// Whether an add-on starts automatically depends on its file name, and on `autoStart` in the result of `sysCall_info`
+// (tests/facts/script-api.md, 6).
 #[test]
 fn names_and_what_they_answer_decide_who_starts_by_itself() {
     let say = |name: &str| format!("-- Says {name}.\nprint('> {name}')\n");
@@ -159,7 +160,7 @@ fn an_addon_of_the_years_between_has_functions_of_its_own() {
     let place = place(&[("vrepAddOnScript-between.lua", text)]);
     let done = place.run(&["--steps", "10", "--addon", "between"]).good();
     assert_eq!(told(&done), ["init", "run 1", "run 2", "run 3", "run 4", "over"]);
-    // The text of an add-on function runs once, in any era.
+    // The text of an add-on function runs once, whether it uses names of new or of old versions of V-REP.
     for text in ["print('> once')\nreturn sim.syscb_cleanup", "print('> once ' .. simGetSimulationTime())"] {
         place.write("addons/vrepAddOnFunc_once.lua", text);
         let done = place.run(&["--steps", "3", "--addon", "once"]).good();
@@ -210,8 +211,8 @@ fn a_failing_addon_is_named_and_suspended_and_nothing_else_changes() {
     let (with, without) = (&done.json()["objects"], &without["objects"]);
     assert_eq!(with, without, "the add-on has changed positions or hashes of robots");
     assert!(errors[0]["object"].is_null(), "an add-on does not belong to an object: {errors:?}");
-    // An add-on of an old era is also stopped (tests/facts/script-api.md, 6), whereas old scripts of the scene are
-    // called again after an error.
+    // An add-on for old versions of V-REP is also stopped (tests/facts/script-api.md, 6), whereas old scripts of the
+    // scene are called again after an error.
     let old = "if sim_call_type == sim_addonscriptcall_run then local x = nil + 1 end
         if sim_call_type == sim_addonscriptcall_cleanup then print('> ends') end";
     let done = place(&[("old.lua", old)]).run(&["--steps", "5"]);

@@ -164,7 +164,8 @@ fn everybody_cleans_up_once() {
     }
 }
 
-/// Returns time and height of a falling box at the end of each step.
+/// Returns time and height of a falling box at the end of each step, if the main script executes `actuation` in each
+/// step.
 fn fall(actuation: &str, steps: &str) -> Vec<(f64, f64)> {
     let falling = cuboid("falling", [0.1, 0.1, 0.1], [0.0, 0.0, 9.0], "dynamic = true");
     let text = format!("function sysCall_actuation() n = (n or 0) + 1 {actuation} end");

@@ -47,8 +47,8 @@ fn numbers_are_written_as_their_time_wrote_them() {
 
 #[test]
 fn scripts_of_both_eras_stand_side_by_side() {
-    // The old script calls the new one, which uses the number format of its era. Afterwards the old script still uses
-    // the old format.
+    // The old script calls the new one, which uses the number format of its own dialect. Afterwards the old script
+    // still uses the old format.
     let old = "function sysCall_actuation()
         local other = simGetScriptAssociatedWithObject(simGetObjectHandle('new'))
         simAddStatusbarMessage(simCallScriptFunction('told', other, 4/2)..' '..4/2)
@@ -101,7 +101,7 @@ fn numbers_pass_as_32_bit_floats_before_4_5() {
     assert_eq!(says("4.4", text)[0], "0.10000000149012");
 }
 
-/// Scripts, each with the era that must be detected.
+/// Scripts, each with the era that must be detected: A for versions up to 3.4, B for 3.5 to 4.1, C for 4.2 and later.
 const TEXTS: &[(&str, &str)] = &[
     // Flat names only.
     ("if (sim_call_type==sim_childscriptcall_actuation) then x = 1 end", "A"),

@@ -9,7 +9,7 @@ fn with(script: &str) -> String {
     format!("{FLOOR}{}", watcher("ear", script))
 }
 
-/// Returns the lines that scripts printed, in order.
+/// Returns the lines of standard error that begin with `> `, in order and without this prefix.
 fn told(done: &Done) -> Vec<String> {
     done.err.lines().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }

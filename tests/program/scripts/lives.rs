@@ -220,8 +220,8 @@ fn what_a_stop_restores_removes_and_leaves() {
 
 #[test]
 fn physics_has_its_callbacks_between_its_steps() {
-    // call-order.md, 3, with physics steps of 5 ms: a box resting on a floor, a joint that a script controls. In the
-    // original, `contact` for a contact that exists at the start comes before the first `dyn`; here it is called after
+    // call-order.md, 3, with physics steps of 5 ms: a box resting on a floor, a joint that a script controls. In
+    // V-REP, `contact` for a contact that exists at the start comes before the first `dyn`; here it is called after
     // the physics step in which the contact begins, as for all others.
     let log = |name: &str, more: &str| {
         format!(

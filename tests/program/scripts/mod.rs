@@ -1,5 +1,5 @@
-//! Tests of scripts: when each is called, what the eras preserve, what commands return, what windows contain, how
-//! scripts are isolated from each other.
+//! Tests of scripts: when each is called, what is preserved for scripts of old versions of V-REP, what commands return,
+//! what windows contain, how scripts are isolated from each other.
 
 mod addons;
 mod cascades;

@@ -1,5 +1,5 @@
-//! Tests of the Lua modules that came with the original: the examples in their page run, and the modules work in a
-//! scene.
+//! Tests of the Lua modules that come with V-REP and CoppeliaSim: the examples in the page about them run, and the
+//! modules work in a scene.
 
 use crate::kit::*;
 
@@ -190,7 +190,7 @@ print('all')
     assert!(printed(script).contains("all"));
 }
 
-/// See tests/facts/script-api.md, 10.
+/// The module `sim-2` returns objects with properties and methods in place of handles (tests/facts/script-api.md, 10).
 #[test]
 fn objects_stand_in_place_of_handles() {
     let script = r#"

@@ -1,14 +1,14 @@
-//! Tests of what commands return to scripts of the newest era: one row per call, as observed in CoppeliaSim 4.9
+//! Tests of what commands return to scripts for version 4.2 or later: one row per call, as observed in CoppeliaSim 4.9
 //! (tests/facts/call-order.md, 5), and the value here if it differs; each difference is listed in the guide, "Coming
 //! from V-REP".
 //!
-//! Rows about spherical joints and vision sensors, which do not exist here, and unknown names are left out.
+//! Rows of the observations about spherical joints, vision sensors and unknown names are left out.
 
 use std::collections::BTreeMap;
 
 use crate::kit::*;
 
-/// A call, the original's result (number of values, and the values), and the result here if it differs.
+/// A call, its result in CoppeliaSim (number of values, and the values), and the result here if it differs.
 #[rustfmt::skip]
 const ROWS: &[(&str, &str, &str)] = &[
     ("sim.getObject('/box')", "1: int <box>", ""),
@@ -274,7 +274,8 @@ alias = "caller"
 script = { file = "calls.lua" }
 "#;
 
-/// A script that makes each call in the second actuation, as the reference did, and prints the results.
+/// A script that makes each call in the second actuation, as the script that ran in CoppeliaSim did, and prints the
+/// results.
 const CALLS: &str = r#"
 local names, known, named = {}, 0, false
 local function one(v)
@@ -385,9 +386,8 @@ fn each_row_of_the_guide_names_its_test() {
     assert!(rows > 40, "{rows} rows");
 }
 
-/// In old eras, errors of commands called by flat names are reported, and the result is -1 or nil; errors of commands
-/// with
-/// `sim.` names are raised. Since 4.2 all are raised (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
+/// Up to 4.1, errors of commands called by flat names are reported, and the result is -1 or nil; errors of commands
+/// with `sim.` names are raised. Since 4.2 all are raised (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
 #[test]
 fn errors_of_flat_names_follow_the_era() {
     let script = "

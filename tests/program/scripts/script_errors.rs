@@ -1,4 +1,5 @@
-//! Tests of script errors: their kinds, their handling in each era, and their hints for beginners.
+//! Tests of script errors: their kinds, their handling in scripts of old and new versions, and their hints for
+//! beginners.
 
 use serde_json::Value;
 

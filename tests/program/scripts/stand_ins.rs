@@ -1,4 +1,5 @@
-//! Tests of scripts without their scene: missing objects are created, of the kinds that the calls of the scripts need.
+//! Tests of scripts that run without their scene: objects of suitable kinds ("stand-ins") are created in place of those
+//! that the scripts refer to.
 
 use serde_json::{Value, json};
 
@@ -104,8 +105,8 @@ fn a_path_hangs_below_the_right_object() {
     assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
 }
 
-/// No stand-ins are created for missing children and parents, which usually mark the end of a tree, or for parameters
-/// of the scene.
+/// Scripts often test whether a child, a parent or a parameter exists. Stand-ins for these are therefore created only
+/// if a script uses one without such a test, which would be an error.
 #[test]
 fn parents_children_and_parameters_are_made_when_they_are_missed() {
     let asks = "function sysCall_init()

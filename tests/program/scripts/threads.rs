@@ -1,8 +1,9 @@
-//! Tests of threaded scripts of all eras, which are coroutines that are preempted after a number of instructions.
+//! Tests of threaded scripts of old and new versions, which run as coroutines that are preempted after a number of
+//! instructions.
 
 use crate::kit::*;
 
-/// Returns the lines that threads print in each step.
+/// Returns the lines that scripts and their threads print, step by step.
 fn says(scene: &str, steps: &str) -> Vec<Vec<String>> {
     let lines = Place::scene(scene).trace(&[], &["--steps", steps]);
     lines.iter().map(|l| l.status().iter().map(|s| s.to_string()).collect()).collect()

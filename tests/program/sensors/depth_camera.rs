@@ -44,8 +44,8 @@ fn near(is: f64, wanted: f64, i: usize) {
     assert!((is - wanted).abs() <= 1e-3 * wanted, "pixel {i} reads {is} m, not {wanted} m");
 }
 
-/// The face of a plate with a thickness of 2 cm at 1.5 m has the depth 1.49 m in all pixels. Other pixels have no
-/// depth.
+/// The face of a plate with a thickness of 2 cm at 1.5 m has the depth 1.49 m in all of its pixels. Pixels beside it
+/// have no depth.
 #[test]
 fn a_square_plate_is_as_far_everywhere() {
     let plate = cuboid("plate", [0.02, 1.0, 0.8], [1.5, 0.0, 1.0], "");

@@ -7,8 +7,8 @@ fn sensor(kind: &str, parent: &str, keys: &str) -> String {
     format!("[[object]]\nkind = \"sensor\"\nalias = \"{kind}\"\nsensor = \"{kind}\"\nparent = \"{parent}\"\n{keys}\n")
 }
 
-/// Returns a cart with a wheel, a tool and a foot, on which boxes fall, and the paths of its sensors. There is a sensor
-/// of every kind, with noise in every stage that has state.
+/// Returns a cart with a wheel and a tool, on which boxes fall, and the paths of its sensors: one of each kind that
+/// measures after each physics step. Together, their noise uses every stage that has state.
 fn cart() -> (String, Vec<&'static str>) {
     let body = "dynamic = true\nrespondable = true\n";
     let walk = "random_walk = 0.01, walk = { sigma = 0.01, tau_s = 1.0 }, density = 0.001";

@@ -82,7 +82,7 @@ fn an_origin_that_is_not_on_earth_is_refused() {
     }
 }
 
-/// Returns the positions of a resting receiver at (10, 20, 30), step by step.
+/// Returns the trace of a resting receiver at (10, 20, 30).
 fn resting(keys: &str, steps: &str) -> Vec<Line> {
     let scene = format!("{ORIGIN}{}", receiver("", &format!("position_m = [10.0, 20.0, 30.0]\n{keys}")));
     Place::scene(&scene).trace(&["/gps"], &["--steps", steps])

@@ -25,7 +25,7 @@ fn a_scale_weighs_what_stands_on_it() {
     let scene = format!(
         "{scale}{load}{}{}{}{}{}",
         sensor("contact", "/scale", ""),
-        // The load is in one sector and one region, and not in the others.
+        // The load is in the sector of `ahead` and in the region of `corner`, but not in the sector of `behind`.
         more("ahead", "sector_deg = 90.0"),
         more("behind", "sector_deg = 90.0\ndirection_deg = 180.0"),
         more("corner", "region_m = [0.2, -0.3, 0.0, 0.4, -0.1, 0.1]"),

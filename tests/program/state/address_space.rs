@@ -6,7 +6,8 @@ use std::process::Command;
 
 use crate::kit::*;
 
-/// Creates scripts that iterate over tables whose keys are tables.
+/// Creates scripts that iterate over a table whose keys are tables and functions. Ordinary Lua would order these by
+/// their addresses.
 fn scene(scripts: usize) -> Place {
     let script = "
         function sysCall_init()

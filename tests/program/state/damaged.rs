@@ -16,7 +16,8 @@ impl Dice {
         self.0 ^= self.0 << 17;
         (self.0 % n.max(1) as u64) as usize
     }
-    /// Returns a copy of a file in which some bytes are removed, duplicated, flipped or overwritten.
+    /// Returns a copy of a file that may be truncated, and in which some bytes are removed, duplicated, flipped or
+    /// overwritten.
     fn damage(&mut self, whole: &[u8]) -> Vec<u8> {
         let mut bytes = whole.to_vec();
         for _ in 0..=self.below(3) {
@@ -105,8 +106,8 @@ fn damaged_files_are_refused_or_run() {
     }
 }
 
-/// Calls commands with arguments of any type while boxes touch each other. This is a short form of a test with 37,000
-/// calls.
+/// Calls random commands with arguments of any type while boxes touch each other. `TATU_DAMAGED` sets the number of
+/// steps, in each of which at least 60 calls are tried.
 #[test]
 fn random_calls_end_nothing() {
     let place = Place::new();

@@ -9,7 +9,7 @@ use tatu_core::{
 
 use crate::kit::*;
 
-/// Loads the plugins next to the built program.
+/// Loads the plugins that these tests need, whose libraries are next to the built program.
 pub fn registry() -> Arc<Registry> {
     let names = [
         "tatu_commands_vrep",

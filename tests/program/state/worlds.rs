@@ -12,7 +12,7 @@ use tatu_core::{
 
 use crate::{kit::*, remote::jsonl::Client};
 
-/// Loads the plugins next to the built program.
+/// Loads the plugins that these tests need, whose libraries are next to the built program.
 fn registry() -> Arc<Registry> {
     let names = [
         "tatu_commands_vrep",

@@ -8,7 +8,7 @@ use super::{
     Dice,
 };
 
-/// A part of a surface over the unit square: returns a point and its outward normal.
+/// A part of a surface, parametrised over the unit square: returns a point and its outward normal.
 pub type Patch = Box<dyn Fn(f64, f64) -> (Point3<f64>, Vector3<f64>)>;
 
 /// Returns the parts of a form's surface. A plane is limited to a square of 40 m.
@@ -47,7 +47,7 @@ pub fn patches(form: &Form) -> Vec<Patch> {
 
 pub fn triangle(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> Patch {
     let normal = (b - a).cross(&(c - a)).normalize();
-    // The square is folded to the triangle without gaps.
+    // The square is mapped onto the whole triangle; its edge u = 0 becomes the corner `a`.
     Box::new(move |u, v| (a + (b - a) * (u * (1.0 - v)) + (c - a) * (u * v), normal))
 }
 
@@ -108,7 +108,8 @@ pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f6
         && ((slope <= slack && beam.faces.front) || (slope >= -slack && beam.faces.back))
 }
 
-/// Returns the smallest distance found on the patches: by a grid, then by a search around its best points.
+/// Returns the smallest distance found on the patches: by a grid on each patch, then by a random search around its best
+/// point.
 pub fn nearest(beam: &Beam, pose: &Isometry3<f64>, patches: &[Patch], grid: usize, dice: &mut Dice) -> f64 {
     let to_beam = beam.world_from_beam.inverse() * pose;
     let mut best = f64::INFINITY;

@@ -41,7 +41,7 @@ fn cast_at(level: Level, scene: &BeamScene, cast: &BundleCast<'_>) -> Answer {
     a
 }
 
-/// Casts the same rays one by one.
+/// Casts the rays of a bundle one by one; returns each with its hit.
 fn one_by_one(scene: &BeamScene, cast: &BundleCast<'_>) -> Vec<(Beam, Hit)> {
     let turn = |d: &Vector3<f64>| {
         UnitQuaternion::rotation_between(&Vector3::z(), d)
@@ -58,15 +58,16 @@ fn one_by_one(scene: &BeamScene, cast: &BundleCast<'_>) -> Vec<(Beam, Hit)> {
     beams.map(|beam| (beam, scene.cast_one(&beam))).collect()
 }
 
-/// Returns the number of rays that differ, and the number of those that also differ from every ray up to 0.1 mm away,
-/// which excludes silhouettes as the cause.
+/// Returns the number of rays whose distances differ between the bundle and single casts, and the number of those that
+/// also differ from 60 slightly displaced rays, which excludes silhouettes as the cause.
 fn compare(scene: &BeamScene, cast: &BundleCast<'_>, dice: &mut Dice) -> (usize, usize) {
     let found = cast_at(simd::level(), scene, cast);
     let (mut edges, mut wrong) = (0, 0);
     for (i, (beam, hit)) in one_by_one(scene, cast).into_iter().enumerate() {
         let close = |hit: &Hit| hit.distance == found.distance[i] || (hit.distance - found.distance[i]).abs() < 1e-4;
         if !close(&hit) {
-            // Near a silhouette, a ray moved by less than 32-bit precision must hit what the bundle hit.
+            // The bundle computes with 32 bits. If that changes the hit at a silhouette or a limit, a ray that is
+            // displaced by a similar amount must hit what the bundle hit.
             let size = 2e-4 + 3e-6 * hit.distance.min(beam.far);
             let moved = (0..60).any(|_| {
                 let turn = UnitQuaternion::from_scaled_axis(dice.vector(1e-5));

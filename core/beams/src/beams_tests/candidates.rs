@@ -28,7 +28,7 @@ fn crowd(dice: &mut Dice, robots: u64) -> Vec<Target> {
     targets
 }
 
-/// Returns the rings of beams around the robots.
+/// Returns `each` beams around each robot.
 fn rings(dice: &mut Dice, targets: &[Target], each: usize) -> Vec<Beam> {
     let bases = targets.iter().filter(|t| matches!(t.form, Form::Box { .. }));
     let bases: Vec<_> = bases.map(|t| (t.world_from_target, t.group)).collect();
@@ -79,7 +79,7 @@ fn groups_are_of_those_that_are_near_and_alike() {
     let mut beams = ring(0.0, 16);
     beams[7].skip_group = Some(1);
     assert_eq!(size(&beams), Some(7));
-    // Beams whose far end is not a distance, or whose pose is invalid.
+    // A group ends before a beam whose `far` is not a finite distance, or whose pose is invalid.
     for strange in [
         Beam { volume: Volume::Cylinder { radius_near: 0.1, radius_far: 0.1 }, ..beams[0] },
         Beam { far: f64::INFINITY, ..beams[0] },

@@ -27,7 +27,7 @@ fn volume(dice: &mut Dice) -> Volume {
     }
 }
 
-/// Returns a random volume; each limit is set in some cases.
+/// Returns a beam with a random volume; in some cases, its minimum distance, incidence or faces are also limited.
 fn beam(dice: &mut Dice, pose: Isometry3<f64>) -> Beam {
     let mut beam = Beam { volume: volume(dice), ..Beam::ray(pose, dice.between(1.2, 5.0)) };
     if dice.chance(0.4) {
@@ -114,8 +114,8 @@ fn ends_of_pyramids_and_cylinders_are_flat() {
 
 #[test]
 fn a_wall_beside_a_cylinder_is_met_where_the_volume_touches_it() {
-    // A straight cylinder of 0.5 m. The wall leans so that its foot is outside; the nearest point is on the cylinder's
-    // side.
+    // A straight cylinder with a radius of 0.5 m. The wall leans so that its point nearest to the origin is outside the
+    // cylinder; the nearest point inside is on the cylinder's side.
     let beam = at(Volume::Cylinder { radius_near: 0.5, radius_far: 0.5 }, 0.0, 3.0);
     let lean = Isometry3::rotation(Vector3::x() * -0.3);
     let wall = Isometry3::translation(0.0, 0.0, 2.0) * lean;

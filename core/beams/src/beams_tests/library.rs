@@ -110,7 +110,8 @@ fn rays_meet_what_parry_says_they_meet() {
             if hit.distance == theirs || (hit.distance - theirs).abs() < SAME {
                 continue;
             }
-            // At a silhouette, a slightly displaced ray must hit what parry reports.
+            // The two may disagree at a silhouette: then, for one of the slightly displaced rays, one of them must
+            // return the other's original distance.
             let beside = (0..8).any(|k| {
                 let turn = f64::from(k) * std::f64::consts::FRAC_PI_4;
                 let shift = Vector3::new(turn.cos(), turn.sin(), 0.0) * 1e-5;

@@ -46,7 +46,7 @@ impl Dice {
         Isometry3::from_parts(Translation3::from(self.vector(size)), turn)
     }
 
-    /// Returns a random cone; each limit is set in some cases.
+    /// Returns a random cone; in some cases, its minimum distance, incidence or faces are also limited.
     fn cone(&mut self, pose: Isometry3<f64>, widest: f64) -> Beam {
         let mut beam = Beam::cone(pose, self.between(0.02, widest), self.between(1.0, 6.0));
         if self.chance(0.3) {
@@ -79,7 +79,8 @@ fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
     }
 }
 
-/// Returns the approximate distance of a point outside a solid form from its surface.
+/// Returns the approximate signed distance of a point from the surface of a form, positive outside; for a mesh, from
+/// the plane of its first triangle.
 fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
     let radial = p.xy().coords.norm();
     match form {

@@ -104,7 +104,7 @@ fn limits_hold_for_rays() {
     assert!(!cast_on(ball, aside, &beam).is_some());
 }
 
-/// Any number, including NaN and infinities.
+/// Generates mostly ordinary numbers, but also 0, NaN, infinity, and very small and very large numbers.
 fn any_number() -> impl Strategy<Value = f64> {
     prop_oneof![
         6 => -2.0..2.0,

@@ -68,7 +68,8 @@ impl Disc {
     #[inline(always)]
     fn seen_by<S: Simd>(&self, simd: S, cones: &Cones, far: &Lanes) -> u64 {
         let axis = V { x: cones.x.load(simd), y: cones.y.load(simd), z: cones.z.load(simd) };
-        // The ball may be visible if the angle between the axes is at most the sum of the two half angles.
+        // The ball may be visible if the angle between the cone's axis and the ball's centre is at most the sum of the
+        // two half angles.
         let rim = cones.cos.load(simd) * self.cos - cones.sin.load(simd) * self.sin - self.slack;
         let misses = axis.dot(&self.centre).simd_lt(rim);
         let open = far.load(simd).simd_ge(splat(simd, self.bound));
@@ -237,8 +238,9 @@ struct Meet<'a> {
 }
 
 impl Meet<'_> {
-    /// Calls `test` for each packet with open rays, in the target's frame, and updates the maxima of the packet's
-    /// distances.
+    /// Calls `test` with the rays, in the target's frame, of each packet for which the target may be nearer than its
+    /// hits so far, and updates the maximum distances of the packets and groups. Returns whether a ray has hit the
+    /// target.
     #[inline(always)]
     fn each<S: Simd>(
         &self,

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{BeamScene, Faces, ray, sight::Sight, solid::unit, triangle::triangle};
 
-/// Fills the results for rays that hit nothing.
+/// Sets all results to those of rays that hit nothing.
 pub(super) fn nothing(hits: BundleHits<'_>) {
     hits.distance.fill(f64::INFINITY);
     hits.object.fill(0);
@@ -62,8 +62,8 @@ fn put<T>(all: &mut [T], at: usize, value: T) {
 
 /// Recomputes in 64 bits the distance of a surface that is known to be hit.
 ///
-/// If in 64 bits the ray misses the target, or hits a different part of it, the ray passes close to an edge, and the
-/// 32-bit result is used.
+/// If in 64 bits the ray misses the target, or the distance differs by more than a tolerance, the ray passes close to
+/// an edge, and the 32-bit result is used.
 #[cold]
 fn again(
     scene: &BeamScene,

@@ -32,7 +32,7 @@ struct Flat {
     primitive: u32,
 }
 
-/// The triangles of a mesh for packets.
+/// The triangles of a mesh and the tree over them, for packets of rays.
 #[derive(Debug)]
 pub(crate) struct PacketTree {
     centre: Vector3<f64>,

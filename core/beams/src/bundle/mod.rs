@@ -37,7 +37,7 @@ impl BeamScene {
     /// Casts a bundle on this thread.
     ///
     /// # Panics
-    /// If an array of `hits` is neither empty nor as long as the bundle.
+    /// Panics if an array of `hits` is neither empty nor as long as the bundle.
     pub fn cast_bundle(&self, cast: &BundleCast<'_>, hits: BundleHits<'_>) {
         self.cast_bundle_at(super::simd::level(), cast, hits);
     }
@@ -46,7 +46,7 @@ impl BeamScene {
     /// independent of the others.
     ///
     /// # Panics
-    /// If an array of results is neither empty nor as long as its bundle.
+    /// Panics if an array of results is neither empty nor as long as its bundle.
     pub fn cast_bundles<'a>(&self, casts: impl IntoIterator<Item = (BundleCast<'a>, BundleHits<'a>)>) {
         let level = super::simd::level();
         let mut jobs = Vec::new();
@@ -67,7 +67,7 @@ impl BeamScene {
         }
     }
 
-    /// Like `cast_bundle`, but at the given SIMD level.
+    /// Casts a bundle like `cast_bundle`, but at the given SIMD level.
     pub(super) fn cast_bundle_at(&self, level: fearless_simd::Level, cast: &BundleCast<'_>, hits: BundleHits<'_>) {
         hits.check(cast.bundle.len());
         let mut rest = hits;

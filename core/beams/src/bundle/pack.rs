@@ -1,4 +1,4 @@
-//! Packets of rays, built once per sensor.
+//! Packets of rays, built once for each set of directions.
 
 use nalgebra::Vector3;
 
@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 pub(super) const LANES: usize = 16;
 /// Number of packet groups in a part, such that its intermediate results fit into the processor's L1 cache.
 pub(super) const GROUPS: usize = 8;
-/// Number of rays in a part.
+/// Maximum number of rays in a part.
 const PART: usize = GROUPS * LANES * LANES;
 
 /// 16 adjacent values, aligned to a cache line.
@@ -49,7 +49,7 @@ pub(super) struct PacketGroup {
 
 /// The directions of a sensor's rays, prepared for [`BeamScene::cast_bundle`](super::BeamScene::cast_bundle).
 ///
-/// It should be built once and shared by all sensors with the same rays, since it needs about 45 bytes per ray.
+/// It should be built once and shared by all sensors with the same rays, since it needs about 40 bytes per ray.
 #[derive(Debug, Clone)]
 pub struct RayBundle {
     directions: Vec<Vector3<f64>>,
@@ -159,7 +159,7 @@ impl Cone {
     fn around(rays: &[u16], directions: &[Vector3<f64>]) -> Self {
         let all = || rays.iter().map(|ray| &directions[*ray as usize]).filter(|d| d.x.is_finite());
         let axis = all().sum::<Vector3<f64>>().try_normalize(1e-9).unwrap_or_else(Vector3::z);
-        // Half the square of the chord is more accurate than 1 - x near 1.
+        // Near 1, the cosine is computed more accurately from the chord than as a dot product.
         let widest = all().map(|d| (d - axis).norm_squared()).fold(0.0, f64::max);
         Self { axis, cos: 1.0 - 0.5 * widest }
     }
@@ -173,8 +173,8 @@ impl Cones {
             lanes.0.iter_mut().zip(cones).for_each(|(lane, cone)| *lane = of(cone) as f32);
             lanes
         };
-        // A cone wider than a half-space may contain any target, so its axis is set to zero, with which the test always
-        // passes.
+        // A cone that is at least as wide as a half-space may contain any target, so its axis is set to zero, with
+        // which the test always passes.
         Self {
             x: lane(|c| if c.cos > 0.0 { c.axis.x } else { 0.0 }),
             y: lane(|c| if c.cos > 0.0 { c.axis.y } else { 0.0 }),

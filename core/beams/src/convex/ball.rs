@@ -147,7 +147,7 @@ impl<'a> View<'a> {
             || (sight.faces.back && -cos >= sight.cos_incidence - slack)
     }
 
-    /// Returns a point at a distance that is behind all planes.
+    /// Returns a point of the sphere that is at the distance `d` and behind all planes, or `None` if there is none.
     fn on_circle(&self, d: f64, planes: &[Half]) -> Option<Vector3<f64>> {
         let cos = ((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0);
         let (middle, width) = (self.ahead * (d * cos), d * (1.0 - cos * cos).max(0.0).sqrt());

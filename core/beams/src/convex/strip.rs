@@ -1,6 +1,6 @@
 //! The nearest point of the curved side of a cylinder or capsule in a convex volume, by a branch-and-bound search over
-//! one angle, as for a cone (see `cylinder`). Intervals are dropped only if their lower bound exceeds the distance of
-//! the best point so far.
+//! one angle, as for a cone (see `cylinder`). Intervals are dropped only if their lower bound shows that no point in
+//! them is nearer than the best point so far by more than [`TOLERANCE`].
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -11,7 +11,8 @@ use crate::{beam::Faces, planar::quadratic};
 
 /// Maximum excess over the true minimum distance, in metres.
 const TOLERANCE: f64 = 2e-10;
-/// Maximum number of intervals per level; more intervals remain only if a whole range of angles is equally near.
+/// Maximum number of intervals per level. More intervals remain only if a whole range of angles is equally near; the
+/// search then stops, and the nearest of the samples is the result.
 const WIDEST: usize = 128;
 /// Maximum number of halvings, after which the samples are closer than rounding.
 const DEEPEST: usize = 44;

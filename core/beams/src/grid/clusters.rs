@@ -53,7 +53,8 @@ pub(super) struct Groups {
     pub radius: [f64; ROW],
     /// Axis of the cone of normals: all normals are within an angle of it.
     pub axis: [[f64; ROW]; 3],
-    /// Sine of the angle of the cone of normals; 2 if the angle is a right angle or more.
+    /// Sine of the angle of the cone of normals, plus a margin for rounding; above 2 if the angle is a right angle or
+    /// more.
     pub sine: [f64; ROW],
     /// Ranges of vectors as (first, end); empty for padding.
     pub sixteens: [(u32, u32); ROW],

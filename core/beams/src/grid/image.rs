@@ -5,7 +5,7 @@ use super::{GridCast, camera::MOST, raster::Buffer};
 /// An image, with one value per pixel, row by row from the bottom, each row from left to right. Channels that were not
 /// requested are empty.
 ///
-/// An image can be reused from frame to frame: memory is allocated only for the first frame.
+/// An image can be reused from frame to frame: memory is allocated only when the image or its number of bands grows.
 #[derive(Debug, Default, Clone)]
 pub struct GridImage {
     /// Distance from the sensor along its axis, in metres; infinity where no surface is visible.

@@ -1,4 +1,4 @@
-//! Flat faces of closed forms: boxes and planes.
+//! Flat faces: those of boxes, and infinite planes.
 
 use arrayvec::ArrayVec;
 use fearless_simd::Simd;

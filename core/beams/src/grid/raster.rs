@@ -6,7 +6,7 @@ use super::camera::Camera;
 
 /// Number of pixels rasterised at once.
 pub(super) const WIDE: usize = 16;
-/// Vectors of 16 values; `M` of conditions, `U` of surface numbers.
+/// Vectors of 16 values: `F` of floats, `M` of conditions, `U` of surface indices.
 pub(super) type F<S> = f32x16<S>;
 pub(super) type M<S> = mask32x16<S>;
 pub(super) type U<S> = u32x16<S>;

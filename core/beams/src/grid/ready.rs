@@ -48,8 +48,9 @@ struct Found {
 }
 
 impl<'a> Ready<'a> {
-    /// Prepares the surfaces that may be visible. Primitive numbers increase with the tag, then with the target's
-    /// index, then with the primitive, since this order decides ties in depth.
+    /// Prepares the surfaces that may be visible. If the image stores the visible surface of each pixel, primitive
+    /// numbers increase with the tag, then with the target's index, then with the primitive, since this order decides
+    /// ties in depth.
     pub fn new(scene: &'a BeamScene, cast: &'a GridCast<'a>, camera: &'a Camera, level: Level, bands: Bands) -> Self {
         let targets = scene.targets();
         let mut wanted: Vec<u32> = (0..targets.len() as u32)

@@ -24,7 +24,7 @@ impl BeamScene {
         self.draw(cast, image, simd::level(), None);
     }
 
-    /// Like [`render`](Self::render), but with a given instruction set and number of rows per band.
+    /// Renders an image like [`render`](Self::render), but with a given instruction set and number of rows per band.
     #[cfg(test)]
     pub(super) fn render_by(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, rows: usize) {
         self.draw(cast, image, level, Some(rows));

@@ -177,7 +177,8 @@ struct Ray {
 }
 
 impl Ray {
-    /// Considers a crossing. A NaN fails every comparison.
+    /// Stores a crossing at depth `t` if it is wanted, within the limits, and nearer than the best so far. A NaN fails
+    /// every comparison.
     #[inline(always)]
     fn offer(&mut self, t: f64, wanted: bool, part: u32, round: &Round) {
         let take = wanted & (t < self.best) & (t >= round.near) & (t <= round.far);

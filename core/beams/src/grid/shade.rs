@@ -81,7 +81,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Writes the tags of a row and collects the inputs of its shading.
+    /// Writes the tags and primitives of a row, and collects the inputs of its shading.
     fn look_up<'b>(
         &'b self,
         ids: &[u32],

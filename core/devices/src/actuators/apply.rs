@@ -1,5 +1,5 @@
-//! Applies actuators in batches by kind: passes motions and commands to the plugins, and converts the wrenches and
-//! efforts that they return to forces on the engine's bodies.
+//! Applies actuators in batches by kind: passes the poses, velocities and commands of actuators to the plugins, and
+//! converts the wrenches and efforts that they return to forces and torques on the engine's bodies.
 
 use std::ffi::c_void;
 
@@ -36,7 +36,7 @@ pub struct Acts<'a> {
     pub scene: &'a Scene,
     /// The registry of plugins.
     pub registry: &'a Registry,
-    /// Returns the velocity of an object that no body carries.
+    /// Returns the velocity, m/s and rad/s, of the object in a slot that no body carries.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
     /// Simulation time, s.
     pub time: f64,
@@ -57,8 +57,8 @@ struct Batch {
     seats: Vec<Seat>,
 }
 
-/// Returns a batch for each kind whose `every_substep` has the given value, in the order of kinds. The actuators of a
-/// batch are in the order of their creation.
+/// Returns a batch for each kind whose `every_substep` has the given value and that has enabled actuators, in the order
+/// of kinds. The actuators of a batch are in the order of their creation.
 fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_substep: bool) -> Vec<Batch> {
     let mut out = Vec::new();
     for (kind, info) in around.registry.actuators.iter().enumerate() {
@@ -101,12 +101,13 @@ pub struct SubSteps<'a> {
     batches: Vec<Batch>,
     time: f64,
     dt: f64,
-    /// Actuators that failed in a sub-step.
+    /// Actuators that failed, or had no effect, in a sub-step.
     pub failed: Vec<ApplyFailure>,
 }
 
 impl<'a> SubSteps<'a> {
-    /// Collects the actuators of a world; returns `None` if there are none, so that the engine needs no callback.
+    /// Collects the actuators that are called before each engine step; returns `None` if there are none, so that the
+    /// engine needs no callback.
     pub fn new(
         actuators: &'a mut Actuators,
         (registry, watch): (&'a Registry, &'a Watch),

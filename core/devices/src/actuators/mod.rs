@@ -1,8 +1,8 @@
 //! Actuators: their instances, their commands, and their effects on bodies and joints.
 //!
 //! - [`Actuators`]: the world's actuators;
-//! - `apply`: calls a kind with a batch of its actuators, which computes wrenches and efforts from motions and
-//!   commands; `scratch`: the buffers of a batch.
+//! - `apply`: calls a kind with a batch of its actuators, which computes wrenches and efforts from poses, velocities
+//!   and commands; `scratch`: the buffers of a batch.
 //!
 //! Actuators act during physics: a kind is called once at the start of each advance of the engine or, on request,
 //! before each engine step. The commands of an actuator are stored in its object in the scene.
@@ -35,7 +35,7 @@ pub struct Actuator {
     pub params: Vec<Value>,
     /// Whether the actuator is disabled after a fault.
     pub off: bool,
-    /// Whether the user has been told that the actuator has no effect.
+    /// Whether it has been reported that the actuator has no effect or has failed. It is not reported again.
     pub idle_told: bool,
     /// Its readings, if its kind declares any.
     pub report: Option<Report>,

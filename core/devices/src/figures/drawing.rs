@@ -64,7 +64,7 @@ impl Form {
 pub struct Drawing {
     /// The form of its items.
     pub form: Form,
-    /// Size: in pixels for points and lines, in m for marks.
+    /// Size of points and lines, in pixels, or of marks, in m.
     pub size: f64,
     /// Red, green and blue components, from 0 to 1.
     pub color: [f64; 3],
@@ -74,7 +74,8 @@ pub struct Drawing {
     pub capacity: usize,
     /// Whether a new item replaces the oldest one when the drawing is full.
     pub cyclic: bool,
-    /// Minimum distance of a new item from existing ones, m; closer items are not added.
+    /// Maximum distance between a new item and an existing one, m, at which the new item is not added; 0 if all are
+    /// added. The first points of the items are compared.
     pub tolerance: f64,
     /// Whether the drawing is retained when the run stops.
     pub persistent: bool,
@@ -140,7 +141,8 @@ impl Drawing {
         out
     }
     /// Adds items, given as concatenated values in world coordinates; `frame` is the parent's pose. Returns the number
-    /// of items added: items that are too close to existing ones or exceed the capacity are not added.
+    /// of items added. Items that are too close to existing ones are not added, nor are those beyond the capacity,
+    /// unless the drawing is cyclic.
     pub fn add(&mut self, items: &[f64], frame: &Isometry3<f64>) -> Result<usize, Refusal> {
         let stride = self.stride();
         if items.is_empty() || !items.len().is_multiple_of(stride) || !items.iter().all(|x| x.is_finite()) {

@@ -100,7 +100,8 @@ pub(super) fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], 
     who.devices.iter().map(failure).collect()
 }
 
-/// Calls one of the functions of a kind with a batch; returns the sensors that failed according to their statuses.
+/// Calls one of the functions of a kind with a batch. Returns the sensors that failed in this call: those with a
+/// negative status, and those whose output breaks the contract.
 pub(super) fn hand_over(
     call: Call,
     batch: &tatu_sensor_batch,
@@ -124,7 +125,7 @@ pub(super) fn hand_over(
     let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
     let first = who.devices.first().map_or(0, |i| all[*i].slot);
     let before = calls.watch.enter_batch(call, kind_info.plugin, first, who.devices.len());
-    // The check covers only the call, since the floating-point mode belongs to the thread that measures.
+    // The check of the floating-point mode covers only the call, since the mode belongs to the thread that measures.
     // SAFETY: `me` and the arrays in `batch` live until the call has returned; each array has one entry per sensor. The
     // instances are alive and used by no other call.
     let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });

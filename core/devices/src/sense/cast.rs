@@ -15,7 +15,7 @@ use super::{
 /// Beams of a batch and their results; beam `i` of the batch has index `i` in each requested array.
 #[derive(Default)]
 pub(super) struct Casts {
-    /// Index of each sensor's first beam, and the total number of beams at the end.
+    /// For each sensor, the index of its first beam; the last entry is the total number of beams.
     pub first: Vec<u64>,
     /// Pose of each sensor.
     views: Vec<Isometry3<f64>>,

@@ -47,7 +47,8 @@ pub struct Device {
     pub drawn: u64,
     /// The state block that the plugin writes to.
     pub state: StateBlock,
-    /// Number of the sensor's choice of objects in [`Targets`](super::targets::Targets), or 0 for all objects.
+    /// Number of the selection of objects that the sensor can detect, in [`Targets`](super::targets::Targets); 0 for
+    /// all objects.
     pub(super) choice: u32,
     /// Rate declared in the scene, Hz, or 0 if the sensor measures in every step.
     pub(super) rate: f64,
@@ -231,13 +232,13 @@ impl Device {
         }
     }
 
-    /// Returns the name of the first field that contains a NaN. Plugins must report "nothing detected" as infinity or
-    /// zero.
+    /// Returns the name of the first field that contains a NaN, if any does. Plugins must report "nothing detected" as
+    /// infinity or zero.
     pub fn not_a_number<'k>(&self, kind: &'k SensorKind) -> Option<&'k str> {
         self.layout.not_a_number(&self.fields, kind)
     }
 
-    /// Returns the contents of a field as a value, for traces.
+    /// Returns the contents of a field as a value. Objects are converted to their slots.
     pub fn value(&self, kind: &SensorKind, field: usize) -> Value {
         let (first, n) = self.layout.spans[field];
         let bytes = self.fields[first..].as_ptr();

@@ -8,7 +8,7 @@ use super::{cast::SensorView, plan::BeamPlan};
 /// The pixels of a batch, sensor by sensor, each with its lowest row first.
 #[derive(Default)]
 pub(super) struct Frames {
-    /// Index of each sensor's first pixel, and the total number of pixels at the end.
+    /// For each sensor, the index of its first pixel; the last entry is the total number of pixels.
     pub first: Vec<u64>,
     pub depth: Vec<f32>,
     pub color: Vec<[u8; 3]>,

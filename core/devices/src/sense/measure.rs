@@ -56,8 +56,8 @@ pub struct Around<'a> {
     pub pool: &'a rayon::ThreadPool,
 }
 
-/// Maximum number of rays and pixels in a batch, so that their results are still in the processor's caches when the
-/// plugin reads them.
+/// Maximum number of rays and pixels in a batch, unless a single sensor has more, so that their results are still in
+/// the processor's caches when the plugin reads them.
 const BATCH: usize = 1 << 14;
 
 /// Measures with the sensors of a job, and returns those that failed.

@@ -52,7 +52,7 @@ struct Seat {
     device: usize,
     sensor: tatu_object,
     mount: Mount,
-    /// The motion at the end of the previous physics step.
+    /// Pose and velocities of the mount at the end of the previous physics step.
     before: Moving,
     joint: FeltJoint,
     body: Option<BodyId>,
@@ -82,12 +82,13 @@ struct Load {
     frame: Isometry3<f64>,
 }
 
-/// Inputs that require the motion of the mount.
+/// Inputs that require the pose and velocities of the mount.
 const OF_MOTION: u32 = TATU_IN_POSE | TATU_IN_TWIST | TATU_IN_ACCELERATION | TATU_IN_WRENCH;
 
 impl<'a> StepSensing<'a> {
-    /// Collects the sensors of a world; returns `None` if there are none, so that the engine needs no callback. The
-    /// engine must be in sync with the scene. `twist` returns the velocity of an object that no body carries.
+    /// Collects the sensors that measure after each physics step; returns `None` if there are none, so that the engine
+    /// needs no callback. The engine must be in sync with the scene. `twist` returns the velocity of an object that no
+    /// body carries.
     pub fn new(
         sensing: &'a mut Sensing,
         scene: &Scene,

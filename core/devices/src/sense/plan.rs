@@ -193,7 +193,7 @@ impl BeamPlan {
         })
     }
 
-    /// Returns the set of targets of a sensor with this plan. `choice` is the number of the sensor's choice of objects.
+    /// Returns the set of targets of a sensor with this plan. `choice` is the number of its selection of objects.
     pub fn sees(&self, choice: u32) -> Sees {
         Sees { visible: self.visible, waves: self.waves, choice }
     }

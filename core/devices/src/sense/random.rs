@@ -1,5 +1,5 @@
-//! Counter-based random numbers of sensors. Each is a function of the seed, the measurement count and an index, and
-//! does not depend on earlier draws.
+//! Counter-based random numbers of sensors. Each is a function of the seed, the measurement count, a stream and an
+//! index, and does not depend on earlier draws.
 
 use tatu_plugin_api::abi::tatu_random;
 
@@ -24,12 +24,12 @@ impl Key {
         Key { at, step: if regular { step ^ 0xAAAA_AAAA_AAAA_AAAA } else { step } }
     }
 
-    /// Returns number `index`, uniform in [0, 1).
+    /// Returns the random number with this index, uniformly distributed in [0, 1).
     pub fn uniform(self, index: u64) -> f64 {
         (self.bits(index) >> 11) as f64 * UNIT
     }
 
-    /// Returns number `index` of the standard normal distribution.
+    /// Returns the random number with this index, from the standard normal distribution.
     ///
     /// It is computed by the inverse of the distribution function from a single uniform number, so each index has a
     /// separate number, which has the same bits on every processor.
@@ -43,7 +43,7 @@ impl Key {
         normal::quantiles(out);
     }
 
-    /// Returns number `index`, uniform in the open interval (0, 1).
+    /// Returns the random number with this index, uniformly distributed in the open interval (0, 1).
     fn between(self, index: u64) -> f64 {
         ((self.bits(index) >> 11) as f64 + 0.5) * UNIT
     }

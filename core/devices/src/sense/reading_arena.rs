@@ -1,5 +1,5 @@
-//! The memory of readings. Readings are written and read in the order in which their sensors were created, so they are
-//! adjacent in memory in this order.
+//! The memory of readings. Readings are written and read in the order in which their sensors were created, so small
+//! ones are adjacent in memory in this order.
 
 use std::{
     cell::UnsafeCell,
@@ -85,7 +85,7 @@ pub struct ReadingArena {
 }
 
 impl ReadingArena {
-    /// Allocates a buffer next to the previous one.
+    /// Allocates a buffer, next to the previous one unless it is large or the chunk is full.
     pub fn take(&mut self, len: usize) -> ReadingBuffer {
         if len > LARGE {
             return ReadingBuffer::new(len);

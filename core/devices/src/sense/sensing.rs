@@ -29,7 +29,7 @@ pub struct Sensing {
     pub targets: Targets,
     /// The version of the scene's sensor settings that all devices have applied.
     settled: Option<u64>,
-    /// The version of the scene's shapes for which the choices of objects were evaluated, if there are any choices.
+    /// The version of the scene's shapes for which the selections of objects were evaluated, if any sensor has one.
     chosen: Option<u64>,
     /// Whether `rolls` is up to date.
     pub(super) listed: bool,

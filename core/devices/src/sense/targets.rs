@@ -14,7 +14,8 @@ pub struct Targets {
     pub visible: Seen,
     /// Subsets for sensors that do not detect all detectable or visible forms.
     special: Vec<(Sees, Seen)>,
-    /// Choices of objects: for each choice and each slot, whether the object is detected. Choices are numbered from 1.
+    /// The selections of objects that scenes declare for sensors: for each selection and each slot, whether the object
+    /// is detected. Selections are numbered from 1.
     choices: Vec<Vec<bool>>,
     /// A version of the scene's shapes, and whether any of them is detected by only some kinds of waves.
     selective: (u64, bool),
@@ -27,7 +28,8 @@ pub struct Sees {
     pub visible: bool,
     /// The kinds of waves of its beams, `TATU_WAVES_*`.
     pub waves: u16,
-    /// Number of the sensor's choice of objects, as returned by [`Targets::choice`], or 0 for all objects.
+    /// Number of the selection of objects that the sensor can detect, as returned by [`Targets::choice`]; 0 for all
+    /// objects.
     pub choice: u32,
 }
 
@@ -96,18 +98,18 @@ impl Targets {
         if visible { &self.visible.beams } else { &self.detectable.beams }
     }
 
-    /// Discards all choices.
+    /// Discards all selections of objects.
     pub fn forget_choices(&mut self) {
         self.choices.clear();
         self.special.retain(|(sees, _)| sees.choice == 0);
     }
 
-    /// Evaluates a sensor's choice of objects in the current scene, and returns its number. Equal choices share a
-    /// number.
+    /// Evaluates the selection of objects that the scene declares for a sensor, and returns its number. Equal
+    /// selections share a number.
     pub fn choice(&mut self, scene: &Scene, sensor: u32, view: &SensorTargets) -> u32 {
         let found = |paths: &[String]| paths.iter().filter_map(|p| scene.find(sensor, p)).collect::<Vec<_>>();
         let (targets, ignored) = (found(&view.targets), found(&view.ignored));
-        // If a choice lists targets but all of them have been removed, nothing is detected rather than everything.
+        // If a selection lists targets but all of them have been removed, nothing is detected rather than everything.
         let otherwise = view.targets.is_empty();
         let mut chosen = Vec::new();
         // Parents precede their children.

@@ -45,12 +45,13 @@ impl Job {
         }
     }
 
-    /// Returns the changes as settings of the form `KEY=VALUE`.
+    /// Returns the changes in the form `KEY=VALUE`, as `--set` accepts them.
     pub(super) fn settings(&self) -> impl Iterator<Item = String> {
         self.set.iter().map(|(key, value)| format!("{key}={}", toml(value)))
     }
 
-    /// Returns the key of this job for a scene with the hash `base`.
+    /// Returns the key that identifies the results of this job: a hash of the job and of `base`, the hash of the scene
+    /// and its plugins.
     pub(super) fn key(&self, base: &[u8; 32]) -> String {
         let mut hash = Sha256::new();
         hash.update(base);

@@ -17,20 +17,19 @@ pub struct Metric {
     /// Index of the element to use, from 0. If it is `None`, all elements are reduced to one number.
     #[serde(default)]
     pub index: Option<usize>,
-    /// How several elements are reduced to one number.
+    /// How the elements are reduced to one number; required if there are several and `index` is `None`.
     #[serde(default)]
-    pub reduce: Reduce,
+    pub reduce: Option<Reduce>,
     /// How the values of all steps are combined.
     #[serde(default)]
     pub over: Over,
 }
 
 /// How several elements are reduced to one number.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reduce {
     /// The first element.
-    #[default]
     First,
     /// The least element.
     Min,
@@ -48,7 +47,7 @@ pub enum Reduce {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Over {
-    /// The value after the last step.
+    /// The value after the last step, or the initial value if no step is run.
     #[default]
     End,
     /// The least value.
@@ -88,6 +87,11 @@ impl<'a> Taken<'a> {
             );
             return Err(wrong(name, &text).expected(format!("an index from 0 to {}", count.saturating_sub(1))));
         }
+        if count != 1 && metric.index.is_none() && metric.reduce.is_none() {
+            let text =
+                format!("`{}` of `{}` has {count} elements, but a metric is one number", metric.field, metric.object);
+            return Err(wrong(name, &text).help("select an element by `index`, or combine all by `reduce`"));
+        }
         let mut taken =
             Taken { name, metric, channel, numbers: vec![0.0; count], last: None, gathered: None, count: 0 };
         // `Over::Way` starts at the initial value; all others use the values after steps.
@@ -99,7 +103,7 @@ impl<'a> Taken<'a> {
         world.read_channel(&self.channel, &mut self.numbers).map_err(|r| wrong(self.name, &r.1))?;
         Ok(match self.metric.index {
             Some(index) => self.numbers[index],
-            None => self.metric.reduce.of(&self.numbers),
+            None => self.metric.reduce.unwrap_or(Reduce::First).of(&self.numbers),
         })
     }
 
@@ -118,7 +122,7 @@ impl<'a> Taken<'a> {
         Ok(())
     }
 
-    /// Returns the metric, or `None` if it has no finite value, such as a mean over no steps.
+    /// Returns the value of the metric, or `None` if it has no finite value, such as a mean over no steps.
     pub fn value(&self) -> Option<f64> {
         let number = match self.metric.over {
             Over::End => self.gathered.or(self.last),

@@ -31,7 +31,7 @@ use crate::{
 };
 use metric::Taken;
 
-/// A scene with all its files and the plugins that it needs.
+/// A scene with all its files and the plugins that it needs, in which jobs can be run.
 pub struct Sweep {
     header: Header,
     registry: Arc<Registry>,
@@ -102,7 +102,7 @@ impl Sweep {
     /// Reads a bundle, and loads the plugins that it needs.
     ///
     /// # Errors
-    /// The text is not a bundle, or a plugin that it needs is missing or has another version.
+    /// The text is not a bundle, or a plugin that it needs is missing, cannot be read or has another version.
     pub fn open(bundle: &str) -> Result<Self> {
         let header: Header = serde_json::from_str(bundle).map_err(|e| {
             Error::new("E116", format!("the scene bundle cannot be parsed: {e}"))
@@ -135,7 +135,8 @@ impl Sweep {
     /// the run.
     ///
     /// # Errors
-    /// A setting or metric is invalid. Errors of scripts are counted in the row.
+    /// The duration, a change or a metric of the job is invalid, or the input log cannot be written. Errors of scripts
+    /// are not failures; they are counted in the row.
     pub fn run(&self, job: &Job, record: Option<&Path>) -> Result<Row> {
         let run = || {
             take_plain_locale();

@@ -30,13 +30,14 @@ const MOST_JOBS: usize = 100_000_000;
 /// A sweep, as described by a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// The scene file. A relative path in a sweep file starts at the folder of that file.
+    /// The scene file: a path relative to the folder of the sweep file or, if there is no such file, a scene that comes
+    /// with the program.
     pub scene: PathBuf,
     /// Seeds; every combination of parameters is run with each seed. `None` stands for the scene's own seed.
     pub seeds: Vec<Option<u64>>,
     /// Parameters in the order of the file, each with its values; every combination of values is run.
     pub grid: Vec<(String, Vec<Value>)>,
-    /// The seed-independent settings that all jobs have in common.
+    /// The duration, changes and metrics that all jobs have in common; its seed is `None`.
     pub common: Job,
 }
 

@@ -17,7 +17,7 @@ struct World {
     solvers: Vec<Solver>,
     carried: Vec<Vec<f64>>,
     contacts: Vec<Contact>,
-    /// The point of each side of a contact, in the frame of its link, or in the world frame.
+    /// The point of each side of a contact: in the frame of its link, or in the world frame if the side has no link.
     points: Vec<[Vector3<f64>; 2]>,
     group: Group,
     gravity: Vector3<f64>,
@@ -80,7 +80,7 @@ impl World {
         (0..(seconds / H).round() as usize).for_each(|_| self.step());
     }
 
-    /// Returns the sum of forces on the second sides, N.
+    /// Returns the sum of the contact forces on the second sides in the last step, N.
     fn force(&self) -> Vector3<f64> {
         self.contacts.iter().map(|c| c.impulse).sum::<Vector3<f64>>() / H
     }
@@ -109,7 +109,7 @@ fn on_plane(
     (contact, [plane, own])
 }
 
-/// Returns a free cube.
+/// Returns a free cube with a mass in kg and an edge length in m.
 fn cube(mass: f64, size: f64) -> Tree {
     let inertia = Matrix3::identity() * (mass * size * size / 6.0);
     Tree::new(vec![Link::new(None, Isometry3::identity(), Joint::Free, mass, Vector3::zeros(), inertia)]).unwrap()
@@ -121,7 +121,7 @@ fn corners(size: f64) -> Vec<Vector3<f64>> {
     [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| Vector3::new(x * half, y * half, -half)).into()
 }
 
-/// Returns a world with a slope, as a horizontal plane at the origin with gravity rotated about y.
+/// Returns a world with a cube on a slope, which is a horizontal plane at the origin with gravity rotated about y.
 fn sloped(degrees: f64, friction: f64) -> World {
     let mut world = World::new(vec![cube(2.0, 0.2)]);
     world.states[0].q[2] = 0.1;
@@ -145,7 +145,7 @@ fn block_sticks_on_a_slope_and_slides_at_the_acceleration_of_coulomb() {
     let (sine, cosine) = libm::sincos(30f64.to_radians());
     let expected = 9.81 * (sine - 0.3 * cosine);
     assert!((world.states[0].v[0] / expected - 1.0).abs() < 1e-4, "{} {expected}", world.states[0].v[0]);
-    // The friction cone is isotropic: in any direction, friction acts along the path.
+    // The friction cone is isotropic: a block that slides diagonally does not change its direction.
     let mut world = sloped(0.0, 0.3);
     (world.states[0].v[0], world.states[0].v[1]) = (3.0, 4.0);
     world.steps(1.0);
@@ -216,7 +216,7 @@ fn tower_of_cubes_stands_with_forces_that_add_up() {
     }
 }
 
-/// Returns a world with a robot whose feet, points of its lowest links, are on the ground.
+/// Returns a world with a robot whose feet, which are points of its lowest links, are `height`, m, above the ground.
 fn standing(name: &str, height: f64) -> World {
     let robot = load(name);
     let mut world = World::new(vec![robot.tree.clone()]);
@@ -307,7 +307,7 @@ fn robots_that_are_dropped_come_to_stand() {
     }
 }
 
-/// Two fingers on slides grip a cube with 20 N while they are shaken.
+/// Two fingers on slides must hold a cube of 0.1 kg (with 20 N) or 1 kg (with 200 N) while the hand is shaken.
 #[test]
 fn grip_holds_what_is_shaken() {
     for (mass, force, finger) in [(0.1, 20.0, 0.015), (1.0, 200.0, 0.1)] {
@@ -403,7 +403,8 @@ fn wheel_rolls() {
     assert!((world.states[0].q[1] - 0.1).abs() < 1e-6);
 }
 
-/// A door held by dry friction, and one that rests on its stop, open when a body that is not a link pushes them.
+/// A sliding door that dry friction holds, and one that rests on its stop, open when a body that is not a link pushes
+/// them.
 #[test]
 fn held_joints_are_pushed_by_what_moves_by_itself() {
     for (friction, limits) in [(2.0, None), (0.0, Some([0.0, 2.0]))] {

@@ -73,7 +73,7 @@ fn velocity_drives_move_exactly_with_the_torques_of_inverse_dynamics() {
 
 #[test]
 fn gains_are_a_system_of_second_order() {
-    // The inertia is 0.5 kg m², and the natural frequency 12 rad/s; damping ratios are below, at and above 1.
+    // The inertia is 0.5 kg m², and the natural frequency 12 rad/s; damping ratios are below and above 1.
     for ratio in [0.1, 0.7, 2.0] {
         let (inertia, frequency) = (0.5, 12.0);
         let tree = Tree::new(vec![single(Joint::Revolute(Vector3::z()))]).unwrap();
@@ -197,7 +197,7 @@ fn motor_settles_where_its_curve_meets_the_load() {
         }
         assert!((state.v[0] - 7.5).abs() < 0.02);
     }
-    // Within its curve, the motor holds a velocity of either sign exactly.
+    // If the motor is strong enough at its target velocity, it holds this velocity exactly, in both directions.
     for target in [4.0, -4.0] {
         let mut drives = Drives::new(&tree);
         drives.drive[0] = Drive::Velocity { target, bound };

@@ -21,7 +21,7 @@ fn falling_joint_stops_at_its_limit_and_rests_there() {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
         assert!(state.q[0] >= -0.5);
         let now = 0.5 * 2.0 * state.v[0] * state.v[0] + 2.0 * 9.81 * (state.q[0] + 0.5);
-        // Moving the joint to its limit lifts the mass by at most the distance of half a step.
+        // Moving the joint to its limit lifts the mass by at most the distance that it falls in half a step.
         assert!(now <= energy + 2.0 * 9.81 * 0.5 * H * 3.2, "{now} {energy}");
         energy = now;
     }

@@ -17,7 +17,8 @@ fn mass_matrix(tree: &Tree, state: &State) -> DMatrix<f64> {
     DMatrix::from_row_slice(n, n, &out)
 }
 
-/// Returns the mass matrix as the sum of J' I J over all links, with the Jacobians of the centres of mass.
+/// Computes the mass matrix as the sum of J' I J over all links, with the Jacobians at the centres of mass, plus the
+/// armatures of the joints.
 fn mass_by_jacobians(tree: &Tree, state: &State) -> DMatrix<f64> {
     let n = tree.velocities();
     let mut kinematics = Kinematics::new(tree);

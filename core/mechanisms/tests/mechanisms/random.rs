@@ -16,7 +16,7 @@ impl Random {
         self.0 ^= self.0 >> 27;
         self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
     }
-    /// Returns a uniform number in a range.
+    /// Returns a number that is uniformly distributed in a range.
     pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.next() >> 11) as f64 / (1u64 << 53) as f64)
     }
@@ -43,7 +43,8 @@ impl Random {
         UnitQuaternion::from_quaternion(Quaternion::new(w + 0.01, x, y, z))
     }
 
-    /// Returns a tree with all types of joints, some links without mass, and some joints with armature.
+    /// Returns a random tree of 1 to 14 links with joints of any type, some of them with an armature; the root may have
+    /// no mass.
     pub fn tree(&mut self) -> Tree {
         let count = 1 + self.below(14);
         let mut links: Vec<Link> = vec![];
@@ -59,7 +60,7 @@ impl Random {
             };
             let frame = Isometry3::from_parts(Translation3::from(self.vector(0.5)), self.turn());
             let mass = self.within(0.1, 5.0);
-            // The inertia is that of three point masses, so that it is valid for a rigid body.
+            // The inertia is that of three point masses, so it is valid for a rigid body.
             let mut inertia = Matrix3::zeros();
             for _ in 0..3 {
                 let r = self.vector(0.2);
@@ -71,14 +72,14 @@ impl Random {
             }
             links.push(link);
         }
-        // Make the root massless if it carries another link.
+        // Make the root massless if its joint has one degree of freedom and it carries another link.
         if count > 2 && links.iter().any(|l| l.parent == Some(0)) && links[0].joint.velocities() == 1 {
             (links[0].mass, links[0].inertia) = (0.0, Matrix3::zeros());
         }
         Tree::new(links).unwrap()
     }
 
-    /// Returns a random state of a tree, with velocities up to `speed`.
+    /// Returns a random state of a tree, with velocities from -`speed` to `speed`.
     pub fn state(&mut self, tree: &Tree, speed: f64) -> State {
         let mut state = State::new(tree);
         for x in &mut state.q {

@@ -4,7 +4,8 @@ use tatu_mechanisms::Dynamics;
 
 use super::robots::{ALL, gravity, load};
 
-/// Returns the maximum difference between two lists, relative to the maximum value of the list or 1.
+/// Returns the maximum difference between two lists, relative to the maximum magnitude of `expected` or 1, whichever is
+/// greater.
 fn error(found: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(found.len(), expected.len());
     let scale = expected.iter().fold(1.0f64, |m, x| m.max(x.abs()));

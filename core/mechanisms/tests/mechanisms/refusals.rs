@@ -106,7 +106,7 @@ fn numbers_of_any_size_are_refused_or_give_finite_states() {
     let mut random = Random::new(11);
     let mut taken = 0;
     for k in 0..30_000 {
-        // In some rounds all values have arbitrary magnitudes, but in most rounds only one or two do.
+        // In a quarter of the rounds, about half of the values are arbitrary; in the others, about one in twelve.
         let share = if k % 4 == 0 { 2 } else { 12 };
         let mut number = |ordinary: f64| if random.below(share) == 0 { random.any() } else { ordinary };
         let mut links =

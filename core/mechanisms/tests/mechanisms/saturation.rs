@@ -74,7 +74,8 @@ fn weak_motor_in_the_middle_of_an_arm_sinks_as_the_closed_form() {
     assert!((solver.efforts().drive[1].abs() - outer.abs()).abs() < 1e-5, "{:?} {outer}", solver.efforts());
 }
 
-/// Lets a robot fall with limited drives, and checks every step.
+/// Lets a robot fall with drives of at most `most`, Nm, from velocity `first` on, and checks every step. Returns the
+/// maximum and the mean number of linear solves per step.
 fn fall(tree: &Tree, state: &mut State, first: usize, most: f64, seconds: f64) -> (usize, f64) {
     let mut drives = Drives::new(tree);
     for drive in &mut drives.drive[first..] {
@@ -90,7 +91,7 @@ fn fall(tree: &Tree, state: &mut State, first: usize, most: f64, seconds: f64) -
         for d in first..tree.velocities() {
             let (effort, v) = (solver.efforts().drive[d], state.v[d]);
             assert!(effort.abs() <= most, "{effort}");
-            // A drive that is not at its bound must hold.
+            // A drive that does not exert its maximum force must hold the velocity at 0.
             assert!(v == 0.0 || (effort + most * v.signum()).abs() <= 1e-9 || v.abs() < 1e-11, "{v} {effort}");
         }
         assert!(state.q.iter().chain(&state.v).all(|x| x.is_finite()));

@@ -120,9 +120,9 @@ impl Rapier {
                 continue;
             };
             match (respond::responds(old, new), respond::responds_by_groups(old, new)) {
-                // The collision groups would let them collide, so one of the two needs the filter. It is enabled for
-                // the older one, which is usually the base of a robot. The robot's wheels then touch the floor without
-                // a filter.
+                // The collision groups would let the two bodies collide, so one of them needs the filter. It is enabled
+                // for the older one, which is usually the base of a robot. The robot's wheels then touch the floor
+                // without a filter.
                 (false, true) => self.filter(other, false),
                 (true, false) => tree.wide = true,
                 _ => {}
@@ -154,17 +154,17 @@ impl Rapier {
         }
     }
 
-    /// Enables the filter for the pairs and the contacts of a body.
+    /// Enables the hooks that decide which bodies a body collides with and that modify its contacts.
     pub(super) fn watch_pairs(&mut self, id: BodyId) {
         self.set_hooks(id, |h| h | ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS);
     }
 
-    /// Enables the filter for the contacts of a body.
+    /// Enables the hook that modifies the contacts of a body.
     pub(super) fn watch_contacts(&mut self, id: BodyId) {
         self.set_hooks(id, |h| h | ActiveHooks::MODIFY_SOLVER_CONTACTS);
     }
 
-    /// Disables the filter for the contacts of a body, unless it is needed for a different reason.
+    /// Disables the hook that modifies the contacts of a body, unless it is still needed.
     pub(super) fn unwatch_contacts(&mut self, id: BodyId) {
         let Tables { surfaces, pairs, partings, .. } = &self.tables;
         let in_pair = |(a, b): &(BodyId, BodyId)| *a == id || *b == id;
@@ -177,7 +177,7 @@ impl Rapier {
         }
     }
 
-    /// Returns whether the body's friction with some other body can exceed the maximum.
+    /// Returns whether the friction coefficient of one of the body's colliders exceeds the maximum for a pair.
     fn may_stick(&self, id: BodyId) -> bool {
         let colliders = self.record(id).map(|r| self.world.bodies[r.handle].colliders());
         let mut colliders = colliders.into_iter().flatten().filter_map(|c| self.world.colliders.get(*c));
@@ -263,7 +263,8 @@ impl Rapier {
         }
     }
 
-    /// Undoes `prepare_for_joint` when a joint is removed.
+    /// Records that a joint of a body was removed. A body without joints can sleep again, and its gyroscopic forces are
+    /// those of a free body.
     pub(super) fn free_from_joint(&mut self, body: BodyId) {
         let may_sleep = self.tables.sleep;
         let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {

@@ -98,7 +98,8 @@ impl Rapier {
         (pose(record.bodies.0) * record.frames.0, pose(record.bodies.1) * record.frames.1)
     }
 
-    /// Updates the recorded speeds of drives whose limit falls with speed.
+    /// Updates the limits of drives whose limit falls with speed: records their speed, and whether they have reached
+    /// the limit.
     pub(super) fn weaken_drives(&mut self) {
         for i in 0..self.tables.weakening.len() {
             let id = self.tables.weakening[i];

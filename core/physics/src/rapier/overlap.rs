@@ -21,8 +21,8 @@ const PARTING_SPEED: f64 = 0.2;
 /// Minimum depth at which bodies of one mechanism are considered to overlap by design, m.
 const FITTED: f64 = 1e-4;
 
-/// Interval at which the separation of a pair is checked, s. A pair that has separated by less than a tenth of the
-/// distance at `PARTING_SPEED` in this time is no longer separated.
+/// Interval at which the separation of a pair is checked, s. If a pair has moved apart by less than a tenth of the
+/// distance that `PARTING_SPEED` would cover in this time, the solver no longer pushes it apart.
 const PATIENCE_S: f64 = 0.1;
 
 /// A collider, with the data needed to find overlaps.
@@ -43,7 +43,7 @@ impl Rapier {
             .map(|spring| PARTING_SPEED / spring.erp_inv_dt(self.substep()))
     }
 
-    /// Finds pairs of new bodies that overlap, before a step.
+    /// Finds overlapping pairs of bodies, at least one of which is new, before a step.
     pub(super) fn find_overlaps(&mut self) {
         if self.tables.fresh.is_empty() {
             return;

@@ -45,7 +45,7 @@ impl BodyRecord {
     }
 }
 
-/// The bodies of one tree that collide with something.
+/// The bodies of one collision tree, without those that collide with nothing.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Tree {
     pub members: Vec<BodyId>,

@@ -3,8 +3,8 @@
 //! - A mechanism on a static body is attached to a separate anchor, a fixed body without shapes, because rapier solves
 //!   all joints below one root together, at a cost that grows with the cube of their number.
 //! - A drive is a constraint between the two links. Rapier iterates over the constraints once in each sub-step, so an
-//!   arm of many joints would sag. Most of the effort of a drive in one step is therefore applied as a force in the
-//!   next ([`Reduced::carried`]), and the constraint has to find only the difference.
+//!   arm of many joints would sag. The effort of a drive in one step, up to half of its limit, is therefore applied as
+//!   a force in the next ([`Reduced::carried`]), and the constraint has to find only the difference.
 //! - Rapier stores positions and velocities of joints, not of bodies. After the pose or velocity of a body is set from
 //!   outside, they are recomputed from the bodies before the next step ([`Rapier::find_coordinates`]).
 
@@ -28,7 +28,7 @@ use crate::{Drive, JointDesc, JointKind, Motion};
 /// and the constraint, whose own limit is the same in both directions, can always cancel the force.
 const CARRIED_SHARE: f64 = 0.5;
 
-/// Limit for slow springs: square of the oscillation phase per sub-step, rad^2.
+/// A spring is slow if the square of its oscillation phase per sub-step is below this value, rad^2.
 const SLOW_SPRING: f64 = 0.1;
 
 impl Rapier {
@@ -164,8 +164,8 @@ impl Rapier {
         self.world.integration_parameters.num_solver_iterations = if fast { 2 * usual } else { usual };
     }
 
-    /// Applies the efforts of drives in the last step as forces. The result must be passed to [`Rapier::take_back`]
-    /// after the step.
+    /// Applies the efforts that drives carry over from the last step ([`Reduced::carried`]) as forces. The result must
+    /// be passed to [`Rapier::take_back`] after the step.
     pub(super) fn carry_drives(&mut self) -> Vec<Before> {
         let mut old = Vec::new();
         for id in &self.tables.driven {
@@ -228,7 +228,7 @@ impl Rapier {
     }
 }
 
-/// Returns the limit of a drive that determines its own effort, or `None` for other drives.
+/// Returns the limit of a drive whose effort results from the load, or `None` for other drives.
 fn limit(drive: Drive) -> Option<f64> {
     match drive {
         Drive::Velocity { max_force, slip: 0.0, .. } => Some(max_force),

@@ -1,4 +1,4 @@
-//! Rapier's shapes, shared by equal bodies.
+//! Rapier's shapes, shared by bodies with equal forms.
 
 use std::{collections::BTreeMap, sync::Arc};
 

@@ -75,7 +75,7 @@ pub(super) struct Tables {
     pub(super) weakening: Vec<JointId>,
     /// Revolute joints whose limits allow more than one turn.
     pub(super) winding: Vec<JointId>,
-    /// Bodies with a special surface.
+    /// Surfaces of bodies that differ from the default surface.
     pub(super) surfaces: BTreeMap<BodyId, Surface>,
     /// Friction and restitution of pairs of materials.
     pub(super) materials: Vec<MaterialPair>,

@@ -31,7 +31,7 @@ pub const CARRIER_ITERATIONS: usize = 6;
 /// rad/s at 1000 N m. It acts like a hard constraint, but remains well within the range of f64.
 pub const MOTOR_DAMPING: f64 = 1e9;
 
-/// A speed that no joint reaches, rad/s or m/s. A motor with this target therefore always exerts its full limit.
+/// A speed that no joint reaches, rad/s or m/s. A motor with this target is therefore always at its limit.
 pub const NEVER_REACHED: f64 = 1e6;
 
 /// Time constant of a position drive near its target, s: it covers 1 - 1/e of the remaining distance in this time,

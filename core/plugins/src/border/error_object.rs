@@ -132,8 +132,9 @@ impl Said {
     }
 }
 
-/// Checks the status returned by a plugin's function. Returns `TATU_OK`, `TATU_WAIT` if `may_wait`, or an error with a
-/// message. Any other status is a breach of the contract.
+/// Checks the status returned by a plugin's function. Returns `TATU_OK`, the errors that this host knows and, if
+/// `may_wait` is set, `TATU_WAIT` unchanged. For any other status, returns `TATU_ERR`; the error object then contains
+/// the plugin's message or, if it gave none, one about the status.
 ///
 /// # Safety
 /// `error` must point to a live error object of the host.

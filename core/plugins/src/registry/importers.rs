@@ -55,7 +55,7 @@ impl Registry {
     /// Chooses the importer of a file, which is the one with the greatest confidence in the file's first bytes. If
     /// several are equally confident, one that `[providers]` selects for the suffix is preferred, then one with the
     /// file's suffix, then the one with the lowest id. If none is confident, only importers with the file's suffix are
-    /// considered.
+    /// considered. Returns `None` if no importer is left.
     pub fn importer_of(
         &self,
         file: &Path,

@@ -45,8 +45,8 @@ impl Registry {
         let help = format!("choose one: [providers] \"{id}\" = \"{}\"", plugin(first));
         Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(help))
     }
-    /// Returns the index of a model by id, or `None` if the model in a folder is to be used. `found` is the plugin that
-    /// would read the latter, if there is such a folder.
+    /// Returns the index of a model by id, or `None` if the model in a folder is to be used. `found` is the index of
+    /// the plugin that would read the model in the folder, if there is such a folder.
     pub fn model(&self, id: &str, found: Option<usize>, providers: &BTreeMap<String, String>) -> Result<Option<usize>> {
         let of_id = self.models.iter().enumerate().filter(|(_, m)| m.id == id);
         let mut claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();

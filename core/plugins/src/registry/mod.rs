@@ -1,5 +1,6 @@
-//! Everything that the loaded plugins offer, by id. - [`Registry`]: loads and ends plugins, and calls them while there
-//! is no world;
+//! Everything that the loaded plugins offer, by id.
+//!
+//! - [`Registry`]: loads plugins, shuts them down, and calls them while there is no world;
 //! - `types`: the host's representation of what they offer; `read`: reading a plugin's tables;
 //! - `lookup`: lookup by name;
 //! - `models`: reading of models, and those in folders;
@@ -43,7 +44,7 @@ pub use types::{
     ModelNumber, NameEntry, Prelude, PresetInfo, SensorKind, ServiceKind, Slot, Status,
 };
 
-/// Everything that plugins offer, in order of plugin ids.
+/// Everything that plugins offer, in the order of the plugins.
 pub struct Registry {
     /// Kinds of sensors, including the readings of actuators; documents refer to them by index.
     pub sensors: Vec<SensorKind>,
@@ -80,7 +81,8 @@ pub struct Registry {
     /// Errors found when the tables of all plugins were first read, which are not reported again when one of them is
     /// reloaded.
     known: Vec<String>,
-    /// Files that could not be loaded, or only in part, and the reasons; they are suggested if a name is not found.
+    /// Files that could not be loaded, or only in part, and the reasons. An error about an unknown name mentions the
+    /// file that may define the name.
     closest: Vec<(PathBuf, String)>,
     /// Notes about loaded plugins.
     pub notes: Vec<String>,
@@ -90,7 +92,7 @@ pub struct Registry {
     pub setup: Arc<Watch>,
     /// The watches of all worlds with these plugins.
     pub watches: Watches,
-    /// The plugins. The field follows those that must be dropped before the plugins.
+    /// The plugins. Fields are dropped in the order of declaration, so this one follows those that refer to plugins.
     pub plugins: Vec<Arc<Plugin>>,
     host: Arc<HostTables>,
     /// Observes calls into plugins; ordinary runs have none.
@@ -274,8 +276,9 @@ impl Registry {
         self.closest.push((p.path.clone(), text.clone()));
         self.refused.push(Error::new("E303", text).help(help));
     }
-    /// Reports that a name is claimed twice; returns whether the second claim is kept. Within a plugin, only the first
-    /// claim is kept; between two plugins, the scene chooses.
+    /// Reports a conflict if `claimed`, the plugins that already offer an item with this id, is not empty. Returns
+    /// whether the new item is kept: of two items of the same plugin, only the first one is kept; between items of
+    /// different plugins, the scene chooses.
     fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
         if claimed.contains(&plugin) {
             let help = "give each a different id";
@@ -291,8 +294,8 @@ impl Registry {
         true
     }
 
-    /// Calls a plugin while there is no world. The call is recorded for the watchdog, and floating-point mode and
-    /// locale are restored; changing them is an error. `subject` describes what is being built, for messages.
+    /// Calls a plugin while there is no world. The call is recorded for the watchdog. The state of the thread and the
+    /// process is restored, and changing it is an error. `subject` describes what is being built, for messages.
     pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
         let outer = self.setup.subject(subject);

@@ -87,13 +87,13 @@ impl Registry {
         self.readers.iter().any(|(p, _)| *p == plugin)
     }
 
-    /// Returns the first plugin that reads models from text.
+    /// Returns the index of the first plugin that reads models from text, or `None` if there is none.
     pub fn model_reader(&self) -> Option<usize> {
         self.readers.first().map(|(plugin, _)| *plugin)
     }
 
     /// Reads a model from the text of a file, with the first plugin that supports its format. `name` is the id of the
-    /// model. Errors include the line.
+    /// model. Errors include the line if the plugin reports one.
     pub fn read_model(&self, name: &str, file: &Path, text: &str) -> Result<Model> {
         for (plugin, read) in self.readers.iter().copied() {
             let (mut slot, mut out) = (ErrorSlot::new(), std::ptr::null());

@@ -1,4 +1,4 @@
-//! Reading the tables of a started plugin: one function per extension.
+//! Reading the tables of a started plugin: models, languages and commands, and functions that all extensions share.
 
 use std::{
     ffi::{CStr, c_char},

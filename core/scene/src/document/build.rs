@@ -44,7 +44,7 @@ pub type ReadText = fn(&mut Builder<'_>, &Path, &str, Option<usize>) -> Result;
 const MOST_OBJECTS: usize = 1_000_000;
 
 impl<'a> Builder<'a> {
-    /// Adds an object and returns its index.
+    /// Adds an object and returns its index. If the alias is empty, it defaults to the name of the kind.
     pub fn object(&mut self, kind: &str, parent: Option<usize>, alias: &str) -> Result<usize> {
         let Some((_, number)) = KINDS.iter().find(|(n, _)| *n == kind) else {
             let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
@@ -84,7 +84,7 @@ impl<'a> Builder<'a> {
         // The parent is set by `parent`, and the unique name follows from the alias.
         let rows = rows_of(Some(spec.kind)).map(|r| (r.param(), Target::Row(row(r.key))));
         let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name))).map(|(p, t)| match t {
-            // In files, `position_m` is the position of the joint object itself.
+            // The key `position_m` already means the position of the joint object in its parent's frame.
             Target::Row(Row::JointPosition) => (Declared { key: "joint_position".into(), ..p }, t),
             _ => (p, t),
         });
@@ -164,7 +164,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Sets a setting of the world, such as `scene.dt`, in SI units, or its custom data, `scene.data`. The value is
+    /// Changes a setting of the world, such as `scene.dt`, in SI units, or its custom data, `scene.data`. The value is
     /// always checked, but takes effect only if `whole` is set, which means that the scene itself is being built.
     pub(super) fn setting(&mut self, key: &str, value: Value, whole: bool) -> Result {
         let short = key.strip_prefix("scene.").unwrap_or(key);
@@ -280,7 +280,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Sets a property of a blank object of the same kind, to report a value that a live object would reject.
+    /// Checks a value by setting it on a blank object of the same kind, because live objects must accept it later.
+    /// Numbers of meshes and images must exist in the document.
     fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
         if row == Row::Mesh {
             let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());

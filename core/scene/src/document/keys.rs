@@ -32,7 +32,7 @@ impl<'a> Text<'a> {
 }
 
 impl Text<'_> {
-    /// Returns the source location of a byte range.
+    /// Returns the source location of a byte range, or the start of the file if the range is unknown.
     pub fn place(&self, span: Option<Range<usize>>) -> Place {
         let span = span.unwrap_or(0..0);
         let at = span.start.min(self.text.len());

@@ -13,7 +13,7 @@ use crate::{
     texture::ShapeTexture,
 };
 
-/// Callbacks that return the data of objects that the tree does not store.
+/// Callbacks for data of objects that the tree does not store, namely devices and scripts.
 pub struct Beside<'a> {
     /// Returns the kind and parameters of a sensor's or actuator's device, by slot.
     pub device: &'a dyn Fn(u32) -> Option<DeviceSpec>,
@@ -94,7 +94,8 @@ impl Assets {
     }
 }
 
-/// Returns the properties of an object that differ from those of a new object of the same kind.
+/// Returns the unique name and the pose of an object, and those of its other properties that differ from a new object
+/// of the same kind. For a sensor with a preset, properties that do not differ are included.
 pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, assets: &mut Assets) -> Vec<(Row, Value)> {
     let Some(o) = scene.get(slot) else { return Vec::new() };
     let (blank, blank_slot) = blank(o.kind(), device);

@@ -5,8 +5,8 @@
 //! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats; `import_files`:
 //!   the additional files that importers read; `live`: the document of a running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
-//! - `presets`: named settings of sensors; `removal`: removal of parts of models; `stand`: the pose of an object that
-//!   is replaced;
+//! - `presets`: named sets of sensor settings; `removal`: removal of parts of models; `stand`: the pose of an object
+//!   that is replaced;
 //! - `entry`: which table describes which objects; `settings`: settings of the world; `scripts`: scripts in scene
 //!   files;
 //! - `services`: services that a scene requests;
@@ -272,7 +272,7 @@ impl Document {
         (scene, slots)
     }
 
-    /// Returns the mass of an object, kg; 0 if forces do not move it.
+    /// Returns the mass of an object, kg; 0 if the object is not dynamic.
     fn mass(&self, spec: &ObjectSpec) -> f64 {
         let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
         if !matches!(last(Row::Dynamic), Some(Value::Bool(true))) {
@@ -398,6 +398,6 @@ pub struct ServiceSpec {
     pub kind: usize,
     /// Specified parameters, by key, in SI units; later ones override earlier ones.
     pub params: Vec<(String, Value)>,
-    /// The source location of the request; `None` if the command line requests it.
+    /// The source location of the request; `None` if the command line requests the service.
     pub place: Option<Place>,
 }

@@ -11,7 +11,8 @@ use super::{
 };
 use crate::rows::{Row, kind_name};
 
-/// Returns the index of the object with a path.
+/// Returns the index of the object with a path. Relative paths start at the object `from`, or at the world if it is
+/// `None`.
 pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usize> {
     if let Some(object) = document.names.find(from, path) {
         return Ok(object);

@@ -22,7 +22,7 @@ use tatu_plugins::{
 
 use super::{Builder, Report, SCRIPT_KINDS, ScriptSpec, import_files::Source};
 
-/// A build in progress: the builder, and the first error so far.
+/// A build in progress, to which the `ctx` of the `tatu_builder` table points.
 struct Build<'b, 'a> {
     builder: RefCell<&'b mut Builder<'a>>,
     /// Index in the document of the object that has the number 1 in the build.
@@ -185,7 +185,8 @@ pub(super) fn run(
     }
 }
 
-/// Runs one function of the builder table. The first error is stored until the end of the build.
+/// Runs one function of the builder table. Returns `None` if it fails, and stores the first error until the end of the
+/// build.
 fn with<T>(table: Option<&tatu_builder>, f: impl FnOnce(&Build, &mut Builder<'_>) -> Result<T>) -> Option<T> {
     // SAFETY: the header requires the table to be the one passed to the plugin, which `run` created; its build lives
     // until the plugin's call has returned.

@@ -1,4 +1,4 @@
-//! Presets: named settings of a sensor, defined by its kind.
+//! Presets: named sets of sensor settings, defined by the kind of the sensor.
 
 use std::path::Path;
 
@@ -37,8 +37,8 @@ pub struct Setting {
     pub value: Value,
 }
 
-/// Parses the settings of a preset, in order. Errors are reported with their line numbers in the preset, which has not
-/// been parsed before.
+/// Parses the settings of a preset, in order. Presets are not parsed when their plugin is loaded, so errors in them are
+/// found here; they are reported with their line numbers in the preset.
 pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<Setting>> {
     let Some(preset) = kind.presets.iter().find(|p| p.id == id) else {
         let known: Vec<&str> = kind.presets.iter().map(|p| p.id.as_str()).collect();

@@ -153,10 +153,11 @@ impl Settings {
     }
 }
 
-/// Names of the tables that `[scene]` can contain.
+/// Names of the tables in `[scene]` that contain settings.
 pub(super) const TABLES: &[&str] = &["budget", "origin"];
 
-/// Returns the keys of `[scene]`; keys of its tables are prefixed with the table's name.
+/// Returns the declarations of the keys of `[scene]` except `data`. Keys of its tables are prefixed with the table's
+/// name.
 pub(super) fn keys() -> Vec<(Declared, ())> {
     let of = |key: &str, kind, unit: Option<&str>, lowest: f64, count| Declared {
         key: key.to_owned(),
@@ -210,7 +211,8 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
     .collect()
 }
 
-/// Returns all settings that `[scene]` can contain, by key, with their current values.
+/// Returns the keys of `[scene]` whose values are stored in [`Settings`], with their current values. The key
+/// `contact_spring` is included only if it is set.
 pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Value)> {
     let rule = FRICTION_RULES.iter().find(|(_, r)| *r == settings.friction_rule).map_or("product", |(name, _)| name);
     let mut all = vec![

@@ -57,7 +57,8 @@ impl Sources {
         self.0.files.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), bytes.into());
     }
 
-    /// Returns the bytes of a file.
+    /// Returns the bytes of a file. A file that is not cached is read from disk and cached, or is an error if the
+    /// sources are a closed set.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let mut files = self.0.files.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(bytes) = files.get(path) {

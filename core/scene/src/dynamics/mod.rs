@@ -1,7 +1,7 @@
 //! The mapping between objects and the engine's bodies and joints: creates bodies and joints, advances the engine, and
 //! copies its state back.
 //!
-//! - this module: advances of the engine; `state`: the engine, and the mapping;
+//! - this module: advancing the engine; `state`: the engine, and the mapping;
 //! - `settle`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by linked
 //!   dummies; `follow`: joints that follow others;
 //! - `targets`: drives of joints, and smooth position targets; `force_sensors`: measurements of force sensors;
@@ -37,7 +37,7 @@ pub struct Hooks<'a> {
     pub after: Option<&'a mut AfterStep<'a>>,
 }
 
-/// A function called after each engine step.
+/// A function called after each engine step, with the engine and the index of the step in the advance.
 pub type AfterStep<'a> = dyn FnMut(&dyn Engine, u32) + 'a;
 
 /// Speed above which a body is reported, m/s; hardly any part of a robot moves faster.
@@ -46,7 +46,8 @@ const FAST: f64 = 100.0;
 const FAR: f64 = 1000.0;
 
 impl Dynamics {
-    /// Marks that a joint's drive has changed; it is passed to the engine before the next step.
+    /// Marks that the drive of a joint or the surface of a shape has changed. The change is passed to the engine before
+    /// the next step.
     pub fn drive_changed(&mut self, slot: u32) {
         self.drives.push(slot);
     }
@@ -194,8 +195,8 @@ impl Dynamics {
         }
     }
 
-    /// Returns the bodies that have become faster than 100 m/s or moved farther than 1 km from their initial position,
-    /// as slot, speed (m/s) and distance (m). Each body is returned only once.
+    /// Returns the dynamic bodies that are faster than 100 m/s or farther than 1 km from their initial positions, as
+    /// slot, speed (m/s) and distance (m). Each body is returned only once.
     pub fn strays(&mut self, scene: &Scene) -> Vec<(u32, f64, f64)> {
         let mut found = Vec::new();
         for b in self.bodies.iter_mut().filter(|b| b.motion == Motion::Dynamic && !b.stray) {

@@ -40,7 +40,7 @@ pub struct Dynamics {
     pub(super) engine: Box<dyn Engine>,
     /// Bodies, in ascending order of ids.
     pub(super) bodies: Vec<BodyRecord>,
-    /// Kinematic bodies, which scripts or their parents move, with the slots of their shapes.
+    /// Kinematic bodies, which are moved by scripts or by their parents, with the slots of their shapes.
     pub(super) kinematic: Vec<(BodyId, u32)>,
     /// Joints, in ascending order of ids.
     pub(super) joints: Vec<JointRecord>,
@@ -257,7 +257,8 @@ impl Dynamics {
     pub fn settings(&self) -> &EngineSettings {
         &self.settings
     }
-    /// Replaces the engine's settings, with effect from the next advance.
+    /// Replaces the engine's settings, with effect from the next engine step. The length of an engine step, however,
+    /// changes only with the next advance.
     pub fn configure(&mut self, settings: EngineSettings) {
         self.settings = settings;
         self.engine.configure(EngineSettings { step: self.step, ..settings });

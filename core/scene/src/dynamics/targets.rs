@@ -131,9 +131,10 @@ impl Dynamics {
         self.share_drives(scene, part, steps);
     }
 
-    /// Drives geared joints together with their leaders. The engine couples each pair by a single constraint, which is
-    /// the more accurate the less force it transmits. A follower's motor therefore moves with the leader's motor, and a
-    /// follower without a motor is driven by a share of the force of the leader's motor.
+    /// Drives geared joints together with their leaders. The engine couples each pair by a single constraint, whose
+    /// error increases with the force that it transmits. If both joints have motors, the follower's motor is therefore
+    /// given the targets of the leader's, multiplied by the gear ratio. A follower without a motor is driven by a share
+    /// of the force of the leader's motor.
     fn share_drives(&mut self, scene: &Scene, part: u32, steps: u32) {
         for (slot, leader) in &self.geared {
             let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());

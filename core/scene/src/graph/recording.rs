@@ -44,7 +44,7 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// Creates an empty graph from a description, without inconsistent streams and curves.
+    /// Creates an empty graph from a description, leaving out inconsistent streams and curves.
     pub fn new(spec: &GraphSpec, name: String) -> Self {
         let mut graph = Self::blank(spec, name);
         for s in &spec.streams {

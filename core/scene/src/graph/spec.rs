@@ -9,8 +9,8 @@ use super::values::{Keys, map};
 /// Maximum number of samples that a graph can store.
 pub const MOST_SAMPLES: i64 = 1_000_000;
 
-/// Default colours, in order. They are dark enough on white, and most people can distinguish them easily (Okabe and
-/// Ito).
+/// Default colours of streams and curves, in order. They are based on the palette of Okabe and Ito, which most people
+/// with colour blindness can distinguish, and are dark enough for a white background.
 const COLORS: [[f64; 3]; 7] = [
     [0.0, 0.45, 0.70],
     [0.84, 0.37, 0.0],
@@ -74,7 +74,7 @@ pub struct StreamSpec {
     pub factor: f64,
     /// Offset that is added after the factor.
     pub offset: f64,
-    /// Number of samples in the moving average, which is computed last; 1 for none.
+    /// Number of samples in the moving average, which is computed last; 1 for no averaging.
     pub window: u32,
     /// Whether the stream is recorded but not plotted.
     pub hidden: bool,

@@ -48,7 +48,7 @@ pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
     }
 }
 
-/// Returns the field of a kind with an index.
+/// Returns the field of a kind with the given index. Fails for a field that contains objects.
 pub fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
     let info = &kind.fields[index];
     if info.elem == TATU_ELEM_OBJECT {

@@ -59,13 +59,13 @@ pub struct Object {
 pub enum Data {
     /// A solid.
     Shape(Box<Shape>),
-    /// A joint.
+    /// A joint, which moves its children relative to its parent.
     Joint(Box<Joint>),
     /// A frame, with the path of the dummy that it is linked to, if any.
     Dummy(Option<Box<str>>),
-    /// A sensor.
+    /// A sensor, whose kind a plugin defines.
     Sensor(SensorData),
-    /// An actuator.
+    /// An actuator, whose kind a plugin defines.
     Actuator(ActuatorData),
     /// A rigid connection between its parent and its children that measures their load.
     ForceSensor(Box<ForceSensor>),
@@ -73,7 +73,7 @@ pub enum Data {
     Graph(Box<GraphSpec>),
     /// A script; it belongs to its parent but is not among its children.
     Script,
-    /// The viewpoint of a view.
+    /// A camera, which is the viewpoint of a view or picture.
     Camera(Box<Camera>),
     /// A light source of a view.
     Light(Box<Light>),
@@ -183,7 +183,7 @@ pub struct Body(pub Option<BodyId>);
 pub struct Shape {
     pub primitive: Primitive,
     pub size: Vector3<f64>,
-    /// The mesh. Snapshots do not contain it, but the number of the mesh in the document.
+    /// The mesh. A snapshot stores only its number in the document.
     #[serde(skip)]
     pub mesh: Option<Arc<Mesh>>,
     pub convex: bool,
@@ -209,7 +209,8 @@ pub struct Shape {
     pub initial_angular_velocity: Vector3<f64>,
     /// Damping rates of velocity and angular velocity, 1/s.
     pub damping: [f64; 2],
-    /// Surface friction. The number of the material is set only in the copy that is passed to the engine.
+    /// Velocity of the surface, and its axis, rolling and spinning friction. The number of the material is set only in
+    /// the copy that is passed to the engine.
     pub surface: Surface,
     pub material: String,
     /// Bit mask of the kinds of beams that detect the shape, if it is detectable.
@@ -412,7 +413,7 @@ impl Joint {
     pub fn lead_per_radian(&self) -> f64 {
         if self.kind == JointType::Revolute { self.lead / std::f64::consts::TAU } else { 0.0 }
     }
-    /// Returns the transformation of the frame of the joint's children at its current position.
+    /// Returns the pose of the frame of the joint's children in the joint's own frame, at its current position.
     pub fn motion(&self) -> Isometry3<f64> {
         match self.kind {
             JointType::Revolute => Isometry3::from_parts(
@@ -460,7 +461,7 @@ impl SensorData {
     }
 }
 
-/// An actuator.
+/// The properties of an actuator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ActuatorData {
     /// Index of the actuator's kind in the registry.

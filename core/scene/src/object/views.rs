@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The viewpoint of a view. It looks along its z axis; y is up.
+/// A camera, which is the viewpoint of a view or picture. It looks along its z axis; y is up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "`rows.rs` describes each property")]
 pub struct Camera {

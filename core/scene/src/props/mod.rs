@@ -162,8 +162,8 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
     })
 }
 
-/// Reads a numeric property into `out`. Returns the number of values, or `None` if the property is not numeric or its
-/// values do not fit.
+/// Reads a numeric property into `out`, without allocating memory. Returns the number of values, or `None` if their
+/// number exceeds the length of `out`, the object lacks the property, or this function does not support the property.
 pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<usize> {
     fn put(out: &mut [f64], from: &[f64]) -> Option<usize> {
         out.get_mut(..from.len())?.copy_from_slice(from);

@@ -26,12 +26,13 @@ use crate::{
     texture::ShapeTexture,
 };
 
-/// Returns whether a property is a number of a joint's drive, for which any finite value is valid.
+/// Returns whether a property is a numeric parameter of a joint's drive, for which any finite value is valid.
 pub fn is_drive(row: Row) -> bool {
     matches!(row, Row::TargetVelocity | Row::TargetPosition | Row::MaxForce | Row::MaxVelocity | Row::Slip)
 }
 
-/// Sets a property that consists of numbers. Returns `None` for other properties, which [`set`] supports.
+/// Sets a pose, a part of a pose, or a numeric property of a joint. Returns `None` for other properties, which [`set`]
+/// supports, and if the object does not exist.
 pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<Result<Changed, Refusal>> {
     if !v.iter().all(|x| x.is_finite()) {
         return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}`: expected finite numbers", row.info().key)));

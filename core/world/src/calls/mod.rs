@@ -23,7 +23,7 @@ pub(crate) use results::check_results;
 
 use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, parse_wait};
 
-/// Writes values as results, up to the capacity of the frame. Fails if the arena is full.
+/// Writes values as results. Values beyond the capacity of the frame are dropped. Fails if the arena is full.
 pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
     let mut arena = world.run.calls.arena.borrow_mut();
     f.n_results = 0;
@@ -151,7 +151,8 @@ unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_sta
 }
 
 /// Calls a command. The caller provides the frame's arrays, command, alias and wait token; this function fills in the
-/// rest. `resume` is the resume value of a wait that has ended, or 0.
+/// rest. `resume` is the value that the command chose when it began to wait, if it is called again because it has
+/// finished waiting; otherwise 0.
 ///
 /// # Safety
 /// `frame` must point to a frame that, with its arrays, is valid until the call has returned.
@@ -278,7 +279,7 @@ fn tell_stub(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
     }
 }
 
-/// Registers the wait that a command requested on behalf of the calling script or service.
+/// Registers a command that begins to wait on behalf of the calling script or service.
 fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller: Caller) -> tatu_status {
     let mut waits = world.run.calls.waits.borrow_mut();
     match waits.asked.take() {
@@ -444,7 +445,8 @@ fn convert_args(
 }
 
 /// Adds the command's name to its error. If the command was called by an old-style name, reports the error as a fault
-/// and returns the values that stand for an error under that name.
+/// and returns the values that stand for an error under that name, unless the plugin panicked or the caller requests
+/// errors (`TATU_CALL_RAISE`).
 #[cold]
 fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
     let plugin = &world.model.registry.plugins[entry.plugin];

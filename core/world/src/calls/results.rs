@@ -2,8 +2,8 @@
 
 use tatu_plugin_api::{abi::*, safe::MAX_DEPTH};
 
-/// Checks that the number and types of the results are valid, and empties spans without an address. Nested values are
-/// not checked.
+/// Checks that the number and types of the results are valid, and sets the length of spans at a null pointer to 0.
+/// Nested values are not checked.
 pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     if f.n_results > f.results_cap {
         return Err(format!(

@@ -61,8 +61,8 @@ impl Arena {
         first.wrapping_add(at).cast()
     }
 
-    /// Returns whether the guards of all blocks allocated since the mark are intact. Only the current chunk is checked,
-    /// because few calls allocate blocks in more than one.
+    /// Returns whether the guards of the blocks allocated since the mark are intact. Blocks in earlier chunks are not
+    /// checked, because few calls allocate blocks in more than one chunk.
     pub fn is_whole_since(&self, mark: u64) -> bool {
         let (chunk, used) = ((mark >> 32) as usize, (mark & 0xFFFF_FFFF) as usize);
         let begin = if chunk == self.chunk { used } else { 0 };

@@ -7,7 +7,7 @@ use super::{Due, WorldCell, input_log::Input, inputs::record_of};
 const KIND: &str = "wake";
 
 impl WorldCell {
-    /// Returns whether the condition of a wait is met.
+    /// Returns whether the condition under which a command is resumed is met.
     pub fn is_over(&self, due: &Due) -> bool {
         match due {
             Due::Step(s) => self.state.clock.pass.get() >= *s,
@@ -37,7 +37,7 @@ pub(crate) fn take_in(world: &WorldCell) {
     for (number, result) in found {
         let waits = world.run.calls.waits.borrow().all().iter().any(|w| w.due == Due::Wake(number));
         if !waits && !is_replay {
-            // The waiting script has ended.
+            // The script or service that waited for the result has ended.
             continue;
         }
         record_of(world, String::new(), Input::Observed { kind: KIND.into(), text: text(number, &result) });

@@ -26,10 +26,10 @@ pub(crate) struct Calls {
     slots: RefCell<Vec<ErrorSlot>>,
     /// Space for results, one per depth, created when first needed.
     results: RefCell<Vec<ResultsRoom>>,
-    /// Status and message of the last refusal by a host function.
+    /// Status and message with which a host function last refused a call.
     pub last: RefCell<ErrorSlot>,
     pub waits: RefCell<Waits>,
-    /// Waits for results of plugins' own threads.
+    /// The results of plugins' own threads for which commands wait.
     pub wakes: Wakes,
     /// Error message of the last failed command, and the id of its plugin. A script can pass the message on as its own
     /// error.

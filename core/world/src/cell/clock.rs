@@ -4,11 +4,11 @@ use std::cell::Cell;
 
 /// Simulation time and step counters.
 pub(crate) struct Clock {
-    /// Simulation time, s. It equals `step * dt` while `dt` does not change.
+    /// Simulation time, s. It equals `step * dt` if every step has run one physics stage of duration `dt`.
     pub time: Cell<f64>,
     pub step: Cell<u64>,
-    /// Number of passes since the world was created, including those while it is stopped. Waits for a number of steps
-    /// count passes.
+    /// Number of passes since the world was created, including those while it is stopped. A command that waits for a
+    /// number of steps counts passes.
     pub pass: Cell<u64>,
     pub dt: Cell<f64>,
     /// Number of physics stages in this step that took a whole `dt`.

@@ -16,9 +16,8 @@ fn is_setup(call: Call) -> bool {
 }
 
 impl WorldCell {
-    /// Calls a function of a plugin on behalf of an object, or of no object if `slot` is 0. Every call of a single
-    /// function uses this method: it records the call for the watchdog, and restores the floating-point mode after the
-    /// outermost call.
+    /// Calls a function of a plugin on behalf of an object, or of no object if `slot` is 0. Records the call for the
+    /// watchdog, and restores the floating-point mode after the outermost call.
     ///
     /// Reading the mode takes about 10 ns, ten times as long as the record. Commands called by scripts are therefore
     /// checked individually only after a change has been detected.

@@ -44,7 +44,7 @@ impl Bus {
         self.queue.borrow_mut().clear();
         self.touching.borrow_mut().clear();
     }
-    /// Returns whether a script subscribes to an event.
+    /// Returns whether an event must be queued, because a script subscribes to it.
     pub fn wants(&self, name: &str) -> bool {
         // A handler that prints must not receive its own lines, because this would never end.
         let own = name == "message" && self.now.try_borrow().is_ok_and(|n| n.as_deref() == Some(name));

@@ -1,7 +1,7 @@
 //! The edits that a user made, and the state of the scene before each of them.
 //!
 //! An edit consists of a label and the state of the whole scene before the edit. Scenes share their meshes, so a state
-//! takes only a few hundred bytes per object.
+//! takes only about 1 kB per object.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -29,7 +29,7 @@ pub(crate) struct Memento {
     pub scene: Scene,
     /// Slots, kinds and parameters of the devices.
     pub devices: Vec<(u32, DeviceSpec)>,
-    /// The scripts of the scene, with their slots. Scripts of the same rank are in the order in which they are called.
+    /// The scripts of the scene with their slots, in the order in which they were added.
     pub scripts: Vec<(u32, ScriptSpec)>,
     pub settings: Settings,
     /// See [`History::models`].
@@ -55,7 +55,7 @@ struct Edit {
 
 /// The state to which the scene is rolled back if an edit is discarded.
 enum Before {
-    /// No state, because the simulation is running, and its stop reverts all changes.
+    /// No state, because the simulation is running, and its stop will revert the edit.
     InRun,
     /// No state, because the edit becomes part of the previous one.
     Joins,
@@ -101,11 +101,12 @@ pub(crate) struct History {
 pub(crate) enum Ended {
     /// The edit is nested in another one, which is still in progress.
     Inner,
-    /// The edit was added to the history.
+    /// The edit is in effect, and is part of the history.
     Kept,
     /// The edit must be rolled back to this state.
     TakeBack(Box<Memento>),
-    /// The edit remains in effect, since no separate state was captured for it. The stop of a run reverts it.
+    /// The edit remains in effect, since no separate state was captured for it. If it was made during a run, the stop
+    /// reverts it.
     Stays,
 }
 

@@ -44,7 +44,7 @@ pub enum Input {
         /// Content of the input, such as the name of the key.
         text: String,
     },
-    /// Scripts were called while the simulation was paused.
+    /// Scripts were called while the simulation was paused or, in the log of a session, stopped.
     Pass,
     /// A plugin read data from outside the world during a step, for example from a socket.
     Observed {
@@ -70,13 +70,13 @@ pub struct Record {
     pub input: Input,
 }
 
-/// All inputs since the start, in order.
+/// All inputs since the start or, if `session` is set, since the session began, in order.
 #[derive(Default)]
 pub struct InputLog {
     records: Vec<Record>,
     /// Step and position of the next record.
     next: (u64, u64),
-    /// Whether records are discarded.
+    /// Whether records are not stored in memory. They are still passed to `sink`.
     off: bool,
     /// Whether records from before the start are part of the log.
     session: bool,
@@ -104,7 +104,7 @@ impl InputLog {
     pub fn log_session(&mut self) {
         self.session = true;
     }
-    /// Returns whether records from before the start are part of the log.
+    /// Returns whether inputs from before the start must be recorded.
     pub(crate) fn is_session(&self) -> bool {
         self.session && !self.is_idle()
     }
@@ -154,7 +154,7 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Starts at the first record.
+    /// Creates a replay that starts at the first record.
     pub(crate) fn new(records: Arc<[Record]>) -> Self {
         Replay { records, next: 0, observed: 0, functions: 0, run: 0 }
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct InstanceImage {
     pub state: Vec<u64>,
     pub saved: Vec<u8>,
-    /// The version of the plugin that wrote both.
+    /// The version of the saved state, as declared by the plugin that wrote it.
     pub version: u32,
     /// Whether the state could not be captured, in which case `saved` must not be loaded.
     pub missed: bool,

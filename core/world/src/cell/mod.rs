@@ -1,8 +1,7 @@
 //! The interior of a world: [`WorldCell`] and its parts. The modules `step`, `scripts` and `run` operate on them.
 //!
-//! - `world`: the cell, which consists of the next four; `model`: the description from which the world was built;
-//!   `state`: the part that a step changes; `devices`: plugin instances; `run`: the activity in a world, and its
-//!   results;
+//! - `world`: the cell, which contains the next four; `model`: the description from which the world was built; `state`:
+//!   the part that a step changes; `devices`: plugin instances; `run`: scripts, calls, services, log lines and faults;
 //! - `border`: state that is monitored while plugins run; `cross`: calls into plugins; `scope`: the host functions that
 //!   are allowed during each plugin call; `living`: the worlds of each thread;
 //! - `clock`, `phase`: time, steps, and the phases of a run; `pool`: the thread pool;

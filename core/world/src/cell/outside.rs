@@ -42,7 +42,7 @@ pub(crate) struct Outside {
     pub functions: Cell<u32>,
     /// Id of the service whose call is being replayed.
     pub replayed: RefCell<String>,
-    /// Inputs since the start, except the actions of services, as pairs of kind and text.
+    /// Inputs since the start that plugins can read, such as key presses, as pairs of kind and text.
     pub inputs: RefCell<Vec<(String, String)>>,
     /// Time that clocks show, s since the start; if `None`, clocks show simulation time.
     pub clock: Cell<Option<f64>>,
@@ -159,7 +159,7 @@ impl Outside {
     fn services_want(&self, name: &str) -> bool {
         self.session().is_some_and(|s| s.wants(name))
     }
-    /// Takes the events that have not been delivered yet.
+    /// Takes the events that have not been delivered to the services yet.
     pub fn take_events(&self) -> Vec<(Rc<str>, Value)> {
         std::mem::take(&mut *self.events.borrow_mut())
     }

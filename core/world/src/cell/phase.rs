@@ -14,7 +14,7 @@ use tatu_plugin_api::abi::*;
 /// The phase of a run, with the values of `TATU_PHASE_*`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Phase {
-    /// The world has not been started.
+    /// The simulation has not been started, or has been stopped.
     #[default]
     Stopped = TATU_PHASE_STOPPED as isize,
     /// The first pass of a run.

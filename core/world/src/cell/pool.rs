@@ -10,8 +10,8 @@ thread_local! {
     static OWN: RefCell<Option<Arc<ThreadPool>>> = const { RefCell::new(None) };
 }
 
-/// Returns a pool of `threads` threads for a world of the calling thread. The calling thread is one of them: it does
-/// its share of the work without being switched, and with warm caches.
+/// Returns a pool of `threads` threads for a world of the calling thread. The calling thread is one of them, so it does
+/// its share of the work without a context switch, and with warm caches.
 ///
 /// Worlds of different threads never share a pool of several threads, because the engine blocks until its tasks in the
 /// pool are done: two worlds that block in one pool of two threads would deadlock. The worlds of one thread never

@@ -13,7 +13,7 @@ use super::{
 };
 
 impl WorldCell {
-    /// Returns the name of the current caller, for messages.
+    /// Returns the path of the calling object, or "the host" if no object is calling, for messages.
     pub fn caller_name(&self) -> String {
         let caller = self.run.calls.caller.get();
         match self.see(|w| &w.state.scene) {
@@ -37,7 +37,7 @@ impl WorldCell {
             f(&script);
         }
     }
-    /// Records a fault. The first occurrence is reported; equal faults are only counted.
+    /// Records a fault. The first occurrence is reported; repetitions are only counted.
     pub fn report(&self, fault: Fault) {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Fault(Box::new(fault)));
@@ -64,7 +64,8 @@ impl WorldCell {
         drop(faults);
         self.run.lines.hold().push(LogLine { level: TATU_LOG_ERROR, code, text });
     }
-    /// Stores a log line until `take_lines` is called.
+    /// Stores a log line until `take_lines` is called. Lines beyond the limits on their size and number are dropped
+    /// with a warning.
     pub fn log(&self, level: u32, text: &str) {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Line(level, text.to_owned()));

@@ -1,5 +1,5 @@
-//! Space for the results of a command, in memory of the host, with guards on both sides. If a command writes out of
-//! bounds, this is detected, and the memory next to the caller's array is not damaged.
+//! Space for the results of a command, in memory of the host, with guards on both sides. A command that writes just
+//! outside the space is detected, and does not damage the memory next to the caller's array.
 
 use std::ptr::null_mut;
 

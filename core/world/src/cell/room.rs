@@ -1,4 +1,4 @@
-//! Size limit of the stores of a world.
+//! Size limit of the stores of a world, such as its signals (see `stores`).
 
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::Scene;

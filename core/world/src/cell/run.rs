@@ -1,4 +1,4 @@
-//! The activity in a world, and its results.
+//! The scripts, calls, services, log lines and faults of a world.
 
 use std::{
     borrow::Cow,

@@ -1,5 +1,5 @@
 //! Checks whether a plugin may use a host function during the current call. Every host function that has a world as an
-//! argument performs this check.
+//! argument performs this check, except the log.
 //!
 //! A world belongs to the thread that created it. A pointer that is not the address of a living world of this thread is
 //! refused before it is dereferenced: a plugin either used it on a different thread, or retained it after the world had

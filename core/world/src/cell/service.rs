@@ -94,7 +94,7 @@ impl Running {
         Ok(Running { kind: spec.kind, number, data, state: state.into(), subject, off, hold_told })
     }
 
-    /// Ends the service. Its threads have ended when this function returns.
+    /// Ends the service. The contract requires its threads to have ended when this function returns.
     pub fn stop(&self, registry: &Registry) -> Result {
         let kind = self.info(registry);
         let Some(stop) = kind.life.destroy else { return Ok(()) };

@@ -13,7 +13,8 @@ use super::{
     stand_ins::{StandIn, StandIns},
 };
 
-/// Starts recording, with every object of the document as a stand-in.
+/// Starts recording, with every object of the document as a stand-in. `values` are the names of the values, such as
+/// signals, that this run provides.
 pub(crate) fn begin(world: &WorldCell, values: &[String]) {
     let (scene, origins) = (world.state.scene.borrow(), world.model.origins.borrow());
     let schema = |d: &DeviceSpec| world.model.registry.sensors.get(d.kind).and_then(|k| k.schemas.first().cloned());

@@ -61,7 +61,7 @@ pub(crate) struct StandIns {
     on: Cell<bool>,
     list: RefCell<Vec<(tatu_object, StandIn)>>,
     wishes: RefCell<BTreeSet<(tatu_object, Wish)>>,
-    /// Names of values that were requested but do not exist.
+    /// Names of values, such as signals, that scripts requested but that do not exist.
     missed: RefCell<BTreeSet<String>>,
     values: RefCell<BTreeSet<String>>,
 }
@@ -70,7 +70,8 @@ impl StandIns {
     pub fn is_on(&self) -> bool {
         self.on.get()
     }
-    /// Starts recording, with these objects of the document as stand-ins.
+    /// Starts recording, with these objects of the document as stand-ins. `values` are the names of the values, such as
+    /// signals, that this run provides.
     pub fn begin(&self, list: Vec<(tatu_object, StandIn)>, values: &[String]) {
         *self.values.borrow_mut() = values.iter().cloned().collect();
         self.on.set(true);

@@ -42,8 +42,8 @@ impl State {
             noted: Noted::default(),
         }
     }
-    /// Returns the velocity of an object: from the engine if the engine moves it, otherwise from its motion in the last
-    /// step.
+    /// Returns the linear velocity of an object, m/s, and its angular velocity, rad/s, in the world frame: from the
+    /// engine if the engine moves the object, otherwise from its motion in the last step.
     pub fn twist(&self, scene: &Scene, dynamics: &Dynamics, slot: u32) -> [f64; 6] {
         let Some(o) = scene.get(slot) else { return [0.0; 6] };
         if let Some(t) = o.shape().filter(|s| s.dynamic).and_then(|s| dynamics.twist(s)) {
@@ -51,7 +51,7 @@ impl State {
         }
         self.twist_by_motion(scene, slot)
     }
-    /// Returns the velocity of an object from its motion in the last step.
+    /// Returns the velocity of an object like [`twist`](Self::twist), but always from its motion in the last step.
     pub fn twist_by_motion(&self, scene: &Scene, slot: u32) -> [f64; 6] {
         let (Some(_), Some(old)) = (scene.get(slot), scene.before(slot)) else { return [0.0; 6] };
         let (now, dt) = (scene.world(slot), self.clock.dt.get());

@@ -52,7 +52,7 @@ fn signal_bytes((_, name): &(u32, Vec<u8>), signal: &Signal) -> u64 {
 }
 
 impl Signals {
-    /// Sets a signal. Returns `false` if the total size would exceed `room`.
+    /// Sets a signal. Returns `false`, and changes nothing, if the total size would grow beyond `room`.
     pub fn set(&mut self, key: (u32, Vec<u8>), signal: Signal, room: u64) -> bool {
         let before = self.all.get(&key).map_or(0, |s| signal_bytes(&key, s));
         let now = self.bytes - before + signal_bytes(&key, &signal);
@@ -84,7 +84,7 @@ impl FromIterator<((u32, Vec<u8>), Signal)> for Signals {
 }
 
 /// An upper bound of the size of all custom data, bytes: the size at the last count plus everything written since.
-/// Removed objects take their data with them, so the actual size is known only by counting.
+/// Removing an object removes its data as well, so the actual size is known only by counting.
 #[derive(Default)]
 pub(crate) struct Noted(Cell<u64>);
 

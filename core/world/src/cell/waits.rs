@@ -3,22 +3,22 @@
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
-/// The condition of a wait.
+/// The condition under which a command that waits is resumed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Due {
-    /// The wait ends in the pass with this number, as counted by `Clock::pass`.
+    /// In the pass with this number, as counted by `Clock::pass`.
     Step(u64),
-    /// The wait ends at this simulation time, s.
+    /// At this simulation time, s.
     Time(f64),
-    /// The wait ends when a signal of any kind with this name exists.
+    /// When a signal of any kind with this name exists.
     Signal(Vec<u8>),
-    /// The command is resumed in every pass.
+    /// In every pass, because the command checks its condition itself.
     Poll,
-    /// The wait ends when the result with this number has arrived from a plugin's thread.
+    /// When the result with this number has arrived from a plugin's thread.
     Wake(u64),
 }
 
-/// The owner of a command that waits.
+/// The script or service on whose behalf a command waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Owner {
     /// A script, by its instance id.
@@ -34,50 +34,51 @@ pub struct Wait {
     pub owner: Owner,
     /// The coroutine or client, as numbered by the owner.
     pub token: u64,
-    /// Id of the command, which is called again when the wait ends.
+    /// Id of the command, which is called again when it has finished waiting.
     pub command: u32,
     /// Index of the name under which it was called.
     pub alias: u32,
-    /// The resume value, which the command chose.
+    /// The value that the command chose when it began to wait, and receives when it is called again.
     pub resume: u64,
     /// The condition under which it resumes.
     pub due: Due,
 }
 
-/// All waits, in the order in which they began.
+/// The commands that wait, in the order in which they began to wait.
 #[derive(Debug, Default)]
 pub struct Waits {
     list: Vec<Wait>,
-    /// The wait that the running command requested: its token, condition and resume value.
+    /// The request of the running command to wait: its token, condition and resume value.
     pub asked: Option<(u64, Due, u64)>,
 }
 
 impl Waits {
-    /// Begins a wait.
+    /// Adds a command that begins to wait.
     pub fn begin(&mut self, wait: Wait) {
         self.list.push(wait);
     }
-    /// Returns whether there are any waits.
+    /// Returns whether any command is waiting.
     pub fn any(&self) -> bool {
         !self.list.is_empty()
     }
-    /// Returns whether an owner has a wait.
+    /// Returns whether a command of this owner is waiting.
     pub fn any_of(&self, owner: Owner) -> bool {
         self.list.iter().any(|w| w.owner == owner)
     }
-    /// Removes and returns the waits of an owner that have ended.
+    /// Removes and returns the commands of an owner that have finished waiting.
     pub fn take_due(&mut self, owner: Owner, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
         self.take(|w| w.owner == owner && over(&w.due))
     }
-    /// Returns all waits, for snapshots.
+    /// Returns all commands that wait, for snapshots.
     pub fn all(&self) -> Vec<Wait> {
         self.list.clone()
     }
-    /// Restores all waits from a snapshot.
+    /// Restores the commands that waited when a snapshot was taken.
     pub fn restore(&mut self, list: Vec<Wait>) {
         *self = Waits { list, asked: None };
     }
-    /// Removes and returns the waits of services that have ended, in the order in which they began.
+    /// Removes and returns the commands of services that have finished waiting, in the order in which they began to
+    /// wait.
     pub fn take_remote(&mut self, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
         self.take(|w| matches!(w.owner, Owner::Service(_)) && over(&w.due))
     }
@@ -92,14 +93,14 @@ impl Waits {
         });
         taken
     }
-    /// Drops the waits of an owner that has ended.
+    /// Removes the commands that wait on behalf of an owner that has ended.
     pub fn forget(&mut self, owner: Owner) {
         self.list.retain(|w| w.owner != owner);
     }
 }
 
 /// Converts the arguments of a command's `wait` to a condition. `step` is the number of the current pass. `ticket` is
-/// the number of the wait for which the command has taken a ticket, if it has taken one.
+/// the number of the result for which the command has taken a ticket, if it has taken one.
 pub(crate) fn parse(until: u32, value: f64, name: &[u8], step: u64, ticket: Option<u64>) -> Result<Due, &'static str> {
     match until {
         TATU_UNTIL_WAKE => {

@@ -19,7 +19,7 @@ pub(crate) enum DeferredEffect {
     Done,
     /// The script logged a line at this level.
     Line(u32, String),
-    /// A command that the script called by an old-style name failed, and returned the values that stand for an error.
+    /// A fault was reported, such as the failure of a command that the script called by an old-style name.
     Fault(Box<Fault>),
     /// The script set a property of a joint's drive.
     Set(tatu_object, Row, f64),
@@ -89,8 +89,8 @@ impl WorkerView {
         let mut own = self.own.borrow_mut();
         self.effects.borrow_mut().extend(own.drain(..).map(|(object, row, x)| DeferredEffect::Set(object, row, x)));
     }
-    /// Records an effect of the running script. Limits the log lines of a chunk like the world does, and merges equal
-    /// faults.
+    /// Records an effect of the running script. Limits the number of log lines of a chunk as the world does, and only
+    /// counts repeats of a fault.
     pub fn note(&self, effect: DeferredEffect) {
         let mut effects = self.effects.borrow_mut();
         match &effect {

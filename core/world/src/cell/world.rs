@@ -1,8 +1,8 @@
 //! The interior of a world: the components `model`, `state`, `devices` and `run`, whose fields are in separate
 //! `RefCell`s.
 //!
-//! Plugins can call host functions while they are called. Code that calls such a plugin therefore holds no borrow; a
-//! host function borrows one part, uses it, and releases it.
+//! A plugin function can call host functions while it runs. Code that calls such a function therefore holds no borrow;
+//! a host function borrows one part, uses it, and releases it.
 
 use std::{cell::RefCell, sync::Arc};
 

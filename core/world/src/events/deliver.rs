@@ -18,8 +18,8 @@ use crate::{
 const MOST: usize = 10_000;
 
 /// Delivers all published events to the functions of scripts, in the order in which the events were published and, for
-/// each event, in the order of the subscriptions. Events that handlers publish are delivered last. No part of the world
-/// may be borrowed.
+/// each event, in the order of the subscriptions. Events that handlers publish are delivered last. If there are more
+/// than [`MOST`] events, the rest are dropped and a fault is reported. No part of the world may be borrowed.
 pub(crate) fn deliver(world: &WorldCell) {
     let bus = &world.run.outside.bus;
     // If a handler requests a stage, this function is called again. The outer call then delivers the new events.

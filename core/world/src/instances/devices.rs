@@ -38,7 +38,8 @@ pub(crate) fn devices_now(cell: &WorldCell) -> Vec<(u32, DeviceSpec)> {
 }
 
 /// Replaces all devices by those of an earlier state, with their earlier parameters, including devices of objects that
-/// have been removed since. The scene must have been restored already.
+/// have been removed since. The scene must have been restored already. A device that cannot be created is reported as a
+/// fault.
 pub(crate) fn remake_devices(cell: &WorldCell, devices: &[(u32, DeviceSpec)]) {
     end_devices(cell);
     for (slot, spec) in devices {

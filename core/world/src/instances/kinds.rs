@@ -49,7 +49,8 @@ pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
     }
 }
 
-/// Requests the beams of an instance. No part of the world may be borrowed.
+/// Requests the beams of an instance, and returns their layout, which sensors with equal layouts share. No part of the
+/// world may be borrowed.
 pub(crate) fn ask_layout(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Layout>, String> {
     let kind = &world.model.registry.sensors[kind];
     let inspector = world.model.registry.inspector.as_deref();

@@ -15,7 +15,7 @@ use crate::cell::WorldCell;
 const SHORT: &[(&str, &str)] =
     &[("x", "object.world_pose[0]"), ("y", "object.world_pose[1]"), ("z", "object.world_pose[2]")];
 
-/// Warns of streams that can never have a value.
+/// Warns of streams whose object does not exist at the start, or whose value no kind of object has.
 pub(crate) fn check(world: &WorldCell) {
     let (scene, figures) = (world.state.scene.borrow(), world.devices.figures.borrow());
     for (object, graph) in &figures.graphs {
@@ -40,8 +40,8 @@ fn is_known(world: &WorldCell, data: &str) -> bool {
         || world.model.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
 }
 
-/// Returns the current value `data` of the object `of`, as seen from the graph. Returns `None` if the object has no
-/// such value, or is a sensor that has not been measured yet.
+/// Returns the current value `data` of the object `of`, a path that is resolved from the graph. Returns `None` if the
+/// object does not exist or has no such value, or is a sensor that has not been measured yet.
 pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str) -> Option<f64> {
     let slot = scene.find(graph, of)?;
     match data {

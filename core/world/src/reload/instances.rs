@@ -29,7 +29,8 @@ struct Moving {
     image: Written,
 }
 
-/// Instances that the new version has created and that are not in use yet.
+/// Instances that are put into use or destroyed together: those that the new version has created, or those that they
+/// replace.
 #[derive(Default)]
 struct Made {
     sensors: Vec<Device>,
@@ -75,7 +76,7 @@ fn by_key(declared: &[Declared], params: &[Value]) -> Vec<(String, Value)> {
     declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).collect()
 }
 
-/// Returns the values of the newly declared parameters, and the keys of parameters that no longer exist.
+/// Returns the values of the parameters that the new version declares, and the keys of parameters that no longer exist.
 fn moved_params(old: &[Declared], new: &[Declared], params: &[Value]) -> (Vec<Value>, Vec<String>) {
     let given: Vec<_> = by_key(old, params).into_iter().filter(|(_, v)| *v != Value::Nil).collect();
     let lost = old.iter().filter(|o| !new.iter().any(|n| n.key == o.key)).map(|o| o.key.clone()).collect();
@@ -279,7 +280,8 @@ fn written(
     (sensors, actuators, instance)
 }
 
-/// Creates all instances with the new version.
+/// Creates all instances with the new version. If one cannot be created, returns the error and the instances created
+/// before it.
 fn make(
     cell: &WorldCell,
     plugin: usize,

@@ -5,9 +5,9 @@
 //! - `document`: applies the differences between two documents;
 //! - `instances`: replaces the instances of a plugin.
 //!
-//! A new version with an error is rejected as a whole, and the old version remains in use. Ids of instances, seeds and
-//! all orders remain unchanged. Reloading is off unless a run requests it, since such a run depends on when files are
-//! written.
+//! A new version with an error is rejected as a whole, and the old version remains in use. A reload changes neither the
+//! ids of instances created later, nor seeds, nor any order. Reloading is off unless a run requests it, since such a
+//! run depends on when files are written.
 
 mod document;
 mod instances;

@@ -105,12 +105,14 @@ impl World {
         self.cell.running()
     }
 
-    /// Requests a stop, before which three more passes are run.
+    /// Requests a stop, before which three more passes are run, or four at the start of a run, during a pause or right
+    /// after one.
     pub fn request_stop(&self) {
         self.request(TATU_REQUEST_STOP);
     }
 
-    /// Requests a pause, before which two more passes are run. The request is recorded in the input log.
+    /// Requests a pause, before which two more passes are run, or three at the start of a run or right after a pause.
+    /// The request is recorded in the input log.
     pub fn request_pause(&self) {
         session::outside_request(&self.cell, TATU_REQUEST_PAUSE);
     }
@@ -148,7 +150,7 @@ impl World {
         self.cell.border.home.borrow_mut().take_process_anew();
     }
 
-    /// Logs a line.
+    /// Logs a line at a level, `TATU_LOG_*`.
     pub fn say(&self, level: u32, text: &str) {
         self.cell.log(level, text);
     }

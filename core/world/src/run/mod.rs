@@ -153,7 +153,8 @@ impl World {
         let cell = &self.cell;
         cell::begin_stand_ins(cell, values);
     }
-    /// Returns the names of values that were requested but do not exist, in alphabetical order.
+    /// Returns the names of the values, such as signals, that scripts requested but that do not exist, in alphabetical
+    /// order.
     pub fn missed_values(&self) -> Vec<String> {
         self.cell.run.stand_ins.missed()
     }
@@ -275,7 +276,7 @@ impl World {
         let joint = o.joint().map(|j| [j.position, j.velocity, j.effort]);
         Some(Observed { path: scene.path(slot), pose, twist, joint, reading })
     }
-    /// Returns the path of the object whose path is most similar to `path`, which does not exist.
+    /// Returns the path that is most similar to `path`, which does not exist, or `None` if no path is similar enough.
     pub fn nearest(&self, path: &str) -> Option<String> {
         self.cell.state.scene.borrow().nearest(path)
     }
@@ -306,7 +307,7 @@ pub struct Observed {
     pub twist: [f64; 6],
     /// Position (m or rad), velocity (m/s or rad/s) and effort (N or N m) of a joint; `None` for other objects.
     pub joint: Option<[f64; 3]>,
-    /// Names and values of the fields of a sensor's last reading; `None` for other objects.
+    /// Names and values of the fields of the last reading; `None` for objects without readings.
     pub reading: Option<Vec<(String, Value)>>,
 }
 

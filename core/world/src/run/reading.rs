@@ -54,7 +54,8 @@ impl Reading {
 }
 
 impl World {
-    /// Returns the paths of all sensors, in the order in which they were created.
+    /// Returns the paths of all sensors, and of actuators that report readings, in the order in which they were
+    /// created.
     pub fn sensors(&self) -> Vec<String> {
         let cell = self.cell();
         let (scene, sensing) = (cell.state.scene.borrow(), cell.devices.sensing.borrow());

@@ -25,7 +25,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Starts services. Returns E404 if one cannot be started; those already started are stopped again.
+    /// Starts services. Fails with E404 if one cannot be started, or with E104 if one lacks a parameter; those already
+    /// started are stopped again.
     pub fn new(registry: Arc<Registry>, services: &[ServiceSpec]) -> Result<Self> {
         let cell = Rc::new(SessionCell {
             wake: Wake::default(),
@@ -59,8 +60,8 @@ impl Session {
         }
     }
 
-    /// Sets a flag that ends every wait at the barrier; a signal handler, for example, can set it. While a world is
-    /// held, the flag is checked ten times a second.
+    /// Sets the flag that releases a world that services hold at its barrier; a signal handler, for example, can set
+    /// it. While a world is held, the flag is checked ten times a second.
     pub fn interrupt_by(&self, flag: Arc<AtomicBool>) {
         *self.cell.interrupt.borrow_mut() = flag;
     }

@@ -23,8 +23,8 @@ impl World {
         state::restore::go_on(cell, snapshot)
     }
 
-    /// Runs a new world up to the snapshot's step, and compares the state hash. The log lines of these steps are
-    /// discarded, because the original run has reported them.
+    /// Runs a new world up to the snapshot's step. Fails with E504 if the state hash then differs from the snapshot's.
+    /// The log lines of these steps are discarded, because the original run has reported them.
     pub fn replay(&self, snapshot: &Snapshot) -> Result {
         let cell = self.cell();
         snapshot.check(&cell.model.document, &cell.model.registry)?;

@@ -1,8 +1,8 @@
 //! Processes the answers of callbacks, and ends scripts that request it or fail.
 //!
-//! An answer is a map. Its key `cmd` is a request: "cleanup" ends the script, and "restart" ends it and starts it again
-//! in the next stage. Requests are carried out only when no call into the script is running, because calls into a
-//! script can be nested.
+//! An answer is a map that a callback returns. Its key `cmd` is a request: "cleanup" ends the script, and "restart"
+//! ends it and starts it again in the next stage. Requests are carried out only when no call into the script is
+//! running, because calls into a script can be nested.
 
 use std::rc::Rc;
 

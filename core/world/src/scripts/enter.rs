@@ -106,7 +106,7 @@ pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Sc
     script.is_there(world).then_some((script, func as u32))
 }
 
-/// Calls a function reference.
+/// Calls the script function that a reference denotes.
 ///
 /// # Safety
 /// `frame` must point to a frame that, with its arrays, is valid until the call has returned.

@@ -37,7 +37,8 @@ impl Scripts {
         }
     }
 
-    /// Runs the `nonSimulation` callbacks while the simulation is stopped.
+    /// While the simulation is stopped, begins the scripts that live as long as the world, resumes their commands, and
+    /// runs their `nonSimulation` callbacks.
     pub fn idle(world: &WorldCell) {
         Self::begin(world, false);
         Self::each_called(world, |script| {
@@ -60,7 +61,8 @@ impl Scripts {
         }
     }
 
-    /// Creates the state of a script that lives as long as the world, and calls one of its callbacks before any other.
+    /// Creates the states of the scripts that live as long as the world, and calls a callback of one of them before any
+    /// other.
     pub fn ask_first(world: &WorldCell, slot: u32, callback: &str) -> Option<Value> {
         Self::begin(world, false);
         let script = world.run.scripts.borrow().by_slot(slot).filter(|s| s.is_there(world))?;
@@ -105,7 +107,8 @@ impl Scripts {
         hold
     }
 
-    /// Runs the actuation of all scripts. A new script begins first, and ended waits are resumed before the callback.
+    /// Runs the actuation of all scripts. For each script, calls `init` if it has not begun, and resumes commands that
+    /// have finished waiting, before the callback.
     pub fn actuate(world: &WorldCell) {
         Self::not_yet(world, TATU_STAGE_ACTUATE);
         Self::each_in_turn(world, Callback::Actuation, |script| script.actuate(world, &[]));
@@ -154,7 +157,7 @@ impl Scripts {
         n
     }
 
-    /// Calls a callback for the start, each pass or the end of a pause: first the driver's, then those of all other
+    /// Calls a callback for the beginning, each pass or the end of a pause: first the driver's, then those of all other
     /// scripts.
     pub fn pause(world: &WorldCell, callback: Callback) {
         if let Some(driver) = Self::driver(world) {

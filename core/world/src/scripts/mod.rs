@@ -1,7 +1,8 @@
-//! The scripts of a world in a step: their callbacks, waits and functions.
+//! The scripts of a world in a step: their callbacks, their functions, and the commands that wait on their behalf.
 //!
 //! - `life`: the life cycle, from the first pass before a run to the end of the world;
-//! - `script`: one script's callbacks and waits; `answers`: requests in the answers of callbacks;
+//! - `script`: one script's callbacks, and the commands that wait on its behalf; `answers`: requests in the answers of
+//!   callbacks;
 //! - `parallel_scripts`: scripts that run on several threads at once;
 //! - `enter`: the common path into a script's language, with budget, caller and errors;
 //! - `reload`: replaces the source of a running script;
@@ -183,6 +184,7 @@ impl Scripts {
     }
 
     /// Calls a callback of the scripts that define it, in order or in reverse order, until a script answers with a map.
+    /// An answer whose key `ignore` is true is skipped.
     pub fn ask(world: &WorldCell, callback: Callback, payload: &Value, last_first: bool) -> Option<Value> {
         let mut all = Self::in_order(world).to_vec();
         if last_first {

@@ -42,7 +42,7 @@ struct Stage<'a> {
     callback: Callback,
     /// Index of the stage, and number of its current turn, which show whether a script has been called in this turn.
     turn: (usize, u64),
-    /// Whether any command waits for a script.
+    /// Whether any command is waiting. If not, the scripts need not be checked for waiting commands.
     waits: bool,
     /// For each worker, the first of its chunks that no worker has taken, and the end of its chunks.
     chunks: Vec<(AtomicUsize, usize)>,

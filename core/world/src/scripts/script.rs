@@ -1,4 +1,4 @@
-//! A single script: its creation, its callbacks, its waits and its end.
+//! A single script: its creation, its callbacks, the commands that wait on its behalf, and its end.
 
 use std::rc::Rc;
 
@@ -48,7 +48,7 @@ impl Script {
         let (owner, key) = {
             let scene = world.state.scene.borrow();
             let at = scene.get(self.slot).map_or(0, |o| o.parent);
-            // Count the earlier scripts of the same object.
+            // The number of earlier scripts of the same object makes the key unique.
             let scripts = world.run.scripts.borrow();
             let before = scripts.list.iter().take_while(|s| s.slot != self.slot);
             let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
@@ -211,7 +211,7 @@ impl Script {
         self.callback_with(world, id, &[]);
     }
 
-    /// Calls a callback. An error is reported as a fault of this script; afterwards, the callbacks are looked up again.
+    /// Calls a callback. An error is reported as a fault of this script, and the callbacks are then looked up again.
     pub(super) fn callback_with(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
         if self.is_there(world) {
             self.run_callback(world, id, args);
@@ -262,7 +262,8 @@ impl Script {
         answer
     }
 
-    /// Resumes the ended waits of this script: calls the commands again, and passes their results to the coroutines.
+    /// Resumes the commands of this script that have finished waiting: calls them again, and passes their results to
+    /// the coroutines.
     pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
         let owner = Owner::Script(self.id.get());
         let due = world.run.calls.waits.borrow_mut().take_due(owner, |due| world.is_over(due));
@@ -354,8 +355,8 @@ impl Script {
         }
     }
 
-    /// Reports an error of the script. Scripts of some dialects, and scripts that are not part of the document, are
-    /// silenced afterwards.
+    /// Reports an error of the script. A script that has exceeded its budget is not called again. After other errors,
+    /// scripts of some dialects, and scripts that are not part of the document, are silenced.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {

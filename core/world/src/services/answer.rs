@@ -24,7 +24,8 @@ impl<'a> From<&'a WorldCell> for Answer<'a> {
 /// The result of a host function. If it is an error, the function was refused with this status.
 pub(super) type Done = Result<(), tatu_status>;
 
-/// Calls `f` with a world, if the function is allowed during the running call.
+/// Calls `f` with a world, if the function is allowed during the running call and the call is not on a thread that runs
+/// scripts in parallel.
 pub(super) fn on<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
     here(world, function, |world| match world.worker {
         None => f(world),
@@ -32,7 +33,7 @@ pub(super) fn on<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a
     })
 }
 
-/// Like `on`, but for a function that changes nothing and that parallel scripts may use.
+/// Like `on`, but for a function that parallel scripts may use as well.
 #[inline]
 pub(super) fn here<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
     WorldCell::admit(world, function).and_then(f).err().unwrap_or(TATU_OK)

@@ -30,7 +30,7 @@ pub static TABLE: tatu_host_edits = tatu_host_edits {
     kind: Some(kind),
 };
 
-/// File name for error messages, under which an added text is read.
+/// File name that stands for an added text in error messages.
 const ADDED: &str = "added.toml";
 
 fn refuse(world: &WorldCell, e: &Error) -> tatu_status {

@@ -61,9 +61,9 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
     })
 }
 
-/// Returns whether a combination of mode bits is valid. The file must be opened for reading, writing or appending;
-/// writing and appending exclude each other; and options for writing require that the file is opened for writing or
-/// appending.
+/// Returns whether a combination of mode bits is valid: it contains no unknown bits; the file is opened for reading,
+/// writing or appending; writing and appending exclude each other, as do `TATU_FILE_UPDATE` and `TATU_FILE_NEW`, which
+/// require writing; and `TATU_FILE_FOLDERS` requires writing or appending.
 fn makes_sense(mode: u32) -> bool {
     let has = |bits| mode & bits != 0;
     let known =
@@ -76,8 +76,8 @@ fn makes_sense(mode: u32) -> bool {
         && (has(TATU_FILE_WRITE | TATU_FILE_APPEND) || !has(TATU_FILE_FOLDERS))
 }
 
-/// Records the name of a file that is opened for reading. The contents of the file are not part of the input log; the
-/// name allows the program to warn users of a log of this.
+/// Records the name of a file that is opened for reading, so that the program can warn that a replay reads the file
+/// from disk: its contents are not part of the input log.
 fn note(outside: &Outside, name: &str, mode: u32) {
     if mode & TATU_FILE_READ != 0 {
         outside.opened.borrow_mut().insert(name.to_owned());

@@ -1,8 +1,7 @@
 //! `tatu.host.log`: writes log lines, and returns the message of a refusal.
 //!
-//! Each line contains the name of the plugin that logged it. The program's own plugins add it themselves. Lines of
-//! other plugins are prefixed with the plugin's id, which the host pointer identifies on any thread. Output of scripts,
-//! and lines for status bars and consoles, are not prefixed.
+//! Lines of plugins are prefixed with the plugin's id, which the host pointer identifies on any thread. The program's
+//! own plugins add their names themselves. Output of scripts, and lines for status bars and consoles, are not prefixed.
 
 use std::borrow::Cow;
 

@@ -1,8 +1,8 @@
 //! The host functions of the plugin ABI, with one file per table.
 //!
-//! Every function looks up its world, borrows one part of it, uses it, and releases it. If a part is already borrowed,
-//! for example during a `measure` call, the function returns an error and never panics. `by_path` is for programs, not
-//! for plugins.
+//! A function looks up its world, borrows the parts that it uses, and releases them. If a part is already borrowed, for
+//! example during a `measure` call, the function returns an error and never panics. `by_path` is for programs, not for
+//! plugins.
 
 mod answer;
 mod bodies;

@@ -91,7 +91,8 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
     })
 }
 
-/// Measures with a sensor immediately.
+/// Measures with a sensor immediately. If `only` is not 0, the sensor detects only this object. `limits` replace those
+/// of the sensor, if given.
 fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Option<Limits>) -> Done {
     let i = device(world, sensor)?;
     let only = match only {
@@ -110,8 +111,8 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
     }
     let turn = {
         let mut sensing = world.devices.sensing.borrow_mut();
-        // The sensor refers to its choice of objects by number, and a change of the scene may have invalidated the
-        // numbers.
+        // The sensor refers by number to the set of objects that it detects, and a change of the scene may have changed
+        // the numbers.
         sensing.settle(&world.state.scene.borrow(), &world.model.registry);
         sensing.alone(i)
     };

@@ -1,4 +1,5 @@
-//! Data for views: the declared properties of an object, the visible parts of a shape, and the sources of scripts.
+//! Data for user interfaces: the declared properties of an object, the visible parts of a shape and their images, the
+//! models, and the sources of scripts.
 
 use std::cell::RefCell;
 
@@ -22,8 +23,8 @@ fn map<'a>(entries: impl IntoIterator<Item = (&'a str, Value)>) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
 
-/// Describes a declared property or parameter for views. `prefix` is the id of the device's kind, which precedes the
-/// key, or empty for a property.
+/// Describes a declared property or parameter for user interfaces. `prefix` is the id of the device's kind, which
+/// precedes the key, or empty for a property.
 fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
     let choices = p.choices.iter().map(Value::text).collect();
     let key = if prefix.is_empty() { p.key.clone() } else { format!("{prefix}.{}", p.key) };
@@ -41,7 +42,7 @@ fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
     map(entries)
 }
 
-/// The parts of the world that views read.
+/// The parts of the world that the functions of this module use.
 struct Context<'a> {
     scene: &'a RefCell<Scene>,
     registry: &'a Registry,

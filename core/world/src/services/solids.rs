@@ -22,7 +22,7 @@ impl<'a> From<&'a WorldCell> for Context<'a> {
 }
 
 /// Finds the two closest points between any shape of one list and any shape of the other. An empty second list stands
-/// for all other shapes.
+/// for all other shapes. `limit` is the maximum distance, m; if it is not positive, there is no limit.
 #[allow(clippy::too_many_arguments, reason = "the ABI fixes the signature")]
 pub(super) unsafe extern "C" fn closest(
     w: WorldRef<'_>,

@@ -1,7 +1,7 @@
 //! The barrier before a step. It consists of the following operations, during which simulation time does not advance:
 //!
-//! 1. The results of plugins' threads are added to the world. Commands that services have called and whose wait has
-//!    ended are resumed, and the services are notified.
+//! 1. The results of plugins' threads are added to the world. Commands that services have called and that
+//!    have finished waiting are resumed, and the services are notified.
 //! 2. Recorded calls are repeated, in a replay.
 //! 3. Services take turns, in order of their ids, until all of them release the world and the pause, if any, ends.
 //!

@@ -173,6 +173,7 @@ fn versions(registry: &Registry) -> Vec<PluginVersion> {
         registry.services.iter().any(|s| s.plugin == i)
             && !registry.commands.iter().any(|c| c.plugin == i)
             && !registry.sensors.iter().any(|s| s.plugin == i)
+            && !registry.actuators.iter().any(|a| a.plugin == i)
             && !registry.models.iter().any(|m| m.plugin == i)
             && !registry.languages.iter().any(|l| l.plugin == i)
     };
@@ -371,7 +372,7 @@ pub fn read(path: &Path) -> Result<Log> {
     Ok(log)
 }
 
-/// Converts records to lines, which snapshots contain.
+/// Converts records to the lines in which snapshots store them.
 pub(crate) fn to_bytes(records: &[Record]) -> Vec<u8> {
     records.iter().flat_map(|r| format!("{}\n", record_json(r)).into_bytes()).collect()
 }

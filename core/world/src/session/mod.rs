@@ -1,6 +1,7 @@
 //! Sessions: services, which outlive worlds, and the barrier at which they act.
 //!
-//! - `barrier`: the barrier between two steps, at which waits end, calls are replayed, and services have their turns;
+//! - `barrier`: the barrier between two steps, at which waiting commands are resumed, calls are replayed, and services
+//!   have their turns;
 //! - `functions`: functions of clients, which commands can call;
 //! - [`mod@log`]: requests, and the replay of external inputs; [`mod@file`]: the input log as a file.
 //!

@@ -3,8 +3,8 @@
 use tatu_scene::document::{Document, ObjectSpec};
 use xxhash_rust::xxh3::Xxh3;
 
-/// Returns a hash of all properties of a document that affect a run, including the seed and overrides, but not the
-/// names and paths of files.
+/// Returns a hash of the settings, objects, scripts, meshes and images of a document, including the seed and overrides,
+/// but not the names and paths of files.
 pub fn fingerprint(document: &Document) -> u64 {
     let mut h = Xxh3::new();
     let mut put = |text: String| {
@@ -18,6 +18,9 @@ pub fn fingerprint(document: &Document) -> u64 {
         put(format!("{:?}", (kind, alias, parent, rows, device, placement, group)));
         for s in scripts {
             put(format!("{:?}", (s.language, &s.dialect, &s.kind, s.priority, &s.text)));
+            if s.side_by_side {
+                put("side_by_side".to_owned());
+            }
         }
     }
     for mesh in &document.meshes {

@@ -1,7 +1,7 @@
 //! Begins, ends, undoes and redoes edits of the scene.
 //!
-//! While the simulation is running, edits cannot be undone one by one. The stop reverts all changes by the run and the
-//! user, and the edits from before the run can then be undone again.
+//! While the simulation is running, edits cannot be undone one by one. The stop reverts the changes by the run and the
+//! user, except those of a few properties (see `memento`), and the edits from before the run can then be undone again.
 
 use std::path::Path;
 
@@ -67,7 +67,7 @@ pub(crate) fn step_back(cell: &WorldCell, redo: bool) -> Result<Option<String>> 
     Ok(Some(label))
 }
 
-/// Records that a script was changed during a run. The stop does not revert this change.
+/// Records that a script was changed, if the simulation is running. The stop does not revert this change.
 pub(crate) fn note_script(cell: &WorldCell) {
     if cell.running() {
         cell.model.history.borrow_mut().note_script();
@@ -75,7 +75,9 @@ pub(crate) fn note_script(cell: &WorldCell) {
     }
 }
 
-/// Returns the labels of all edits, and whether the scene is saved, as a map.
+/// Returns the state of the edits as a map: the labels of those that can be undone or redone, whether there are unsaved
+/// ones, the revision, the file of the scene, and the time of a recovery copy that has been neither opened nor
+/// discarded.
 pub(crate) fn told(cell: &WorldCell) -> Value {
     let history = cell.model.history.borrow();
     let file = cell.model.document.file.as_deref();

@@ -38,7 +38,8 @@ impl Hash {
 }
 
 /// Hashes the poses and velocities of objects that physics moves, the states of joints, the commands of actuators, and
-/// the poses of all other objects. Sensors, scripts and graphs are omitted. -0 and 0 have the same hash.
+/// the poses of all other objects. The total also includes the number of steps. Sensors, scripts and graphs are
+/// omitted. -0 and 0 have the same hash.
 pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
     let mut total = Xxh3::new();
     total.update(&clock.step.get().to_le_bytes());

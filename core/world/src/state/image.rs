@@ -63,7 +63,7 @@ impl From<ValueImage> for Value {
     }
 }
 
-/// The state of the core itself: scene, engine, clock, signals, waits and faults.
+/// The state of the core itself: scene, engine, clock, signals, commands that wait, and faults.
 #[derive(Serialize, Deserialize)]
 pub struct CoreImage {
     pub scene: Scene,
@@ -76,7 +76,7 @@ pub struct CoreImage {
     pub clock: (f64, u64, f64, u64),
     pub requests: u32,
     pub next_instance: u64,
-    /// Number of the last wait for a plugin's thread.
+    /// The last number assigned to a result of a plugin's thread.
     pub last_wake: u64,
     /// For each signal, its kind, name and value, and whether it is removed when the run ends.
     pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,

@@ -207,7 +207,8 @@ fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceI
     out
 }
 
-/// Saves the states of services, by the id of the service. Services without state are omitted.
+/// Saves the states of services, by the id of the service. Services without state, or that have been switched off, are
+/// omitted.
 fn services(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
     let Some(session) = cell.run.outside.session() else { return Vec::new() };
     let (mut out, mut i) = (Vec::new(), 0);

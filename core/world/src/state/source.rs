@@ -25,8 +25,8 @@ use crate::cell::{
     history::{Memento, WORLD},
 };
 
-/// Maximum number of rounds of changes. Each nesting level of models that were added requires one, and a few more can
-/// be necessary.
+/// Maximum number of times that the text is changed and read again. Each nesting level of models that were added
+/// requires one round, and a few more can be necessary.
 const MOST_ROUNDS: usize = 6;
 
 /// The text of a scene file that describes the edited scene, and the document that results from reading it.

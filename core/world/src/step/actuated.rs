@@ -15,7 +15,7 @@ use crate::cell::WorldCell;
 pub(super) struct Advanced {
     /// Objects whose bodies the engine lost because their motion became infinite.
     pub lost: Vec<u32>,
-    /// Actuators that failed.
+    /// Actuators that failed or have no effect.
     pub actuators: Vec<ApplyFailure>,
     /// Sensors that failed.
     pub sensors: Vec<MeasureFailure>,

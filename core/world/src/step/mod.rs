@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! barrier   devices of removed objects end, new objects are added; simulation time does not advance
-//! actuate   actuation callbacks of scripts; waits that have ended are resumed
+//! actuate   actuation callbacks of scripts; commands that have finished waiting are resumed
 //! physics   actuators apply forces, the engine advances by dt; poses are copied back
 //! sense     sensors that are due measure, in batches by kind
 //! react     sensing callbacks of scripts, which process the readings

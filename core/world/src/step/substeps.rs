@@ -5,7 +5,8 @@
 //! dyn       after = false
 //! joint     for each joint whose control is `callback`; the first answer of a script drives the joint in this step
 //! (the engine's step)
-//! contact   for each pair of shapes that began to touch in the step; the first answer applies from the next step on
+//! contact   for each pair of shapes that began to touch in the step, last script first; the first answer applies from
+//!           the next step on
 //! dyn       after = true
 //! ```
 

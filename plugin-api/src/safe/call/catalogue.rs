@@ -17,7 +17,7 @@ pub struct About {
 }
 
 impl World<'_> {
-    /// Returns all commands, in the order of declaration. Copies their names.
+    /// Returns descriptions of all commands, in the order of declaration; empty if the host lacks the service.
     pub fn commands(&self) -> Vec<About> {
         let Some(table) = self.host().commands else { return Vec::new() };
         let (Some(count), Some(describe)) = (table.count, table.describe) else { return Vec::new() };

@@ -4,7 +4,7 @@
 use crate::abi::*;
 use crate::safe::{Result, Value, ValueRef, World, call::shared_world::service, value::owned::Owned};
 
-/// Builds a map of keys for [`World::add_figure`] and [`World::change_figure`].
+/// Builds the map of keys and their values that [`World::add_figure`] and [`World::change_figure`] require.
 pub fn keys<const N: usize>(entries: [(&str, Value); N]) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }

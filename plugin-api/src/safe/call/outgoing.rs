@@ -42,8 +42,8 @@ pub(crate) fn call_by_name(world: &World<'_>, name: &str, args: &[Value], token:
     call(world, frame, args, |world, frame| unsafe { run(world, frame) })
 }
 
-/// Calls a host function that takes a frame. `frame` contains the fields that select what is called. Returns at most 64
-/// results.
+/// Calls a host function that accepts a frame, whose fields in `frame` select the command or function to call. Returns
+/// at most 64 results.
 pub(crate) fn call(
     world: &World<'_>,
     frame: tatu_call,

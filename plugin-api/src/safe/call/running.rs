@@ -1,4 +1,4 @@
-//! A running call of a command, with its arguments, results and waits.
+//! A running call of a command: access to its arguments and results, and the functions with which it waits.
 
 use std::{
     mem::MaybeUninit,
@@ -21,15 +21,15 @@ use crate::safe::{
     },
 };
 
-/// Delivers, once and from any thread, the result for which a command waits.
+/// A handle that delivers, once and from any thread, the result for which a command waits.
 pub struct Ticket {
     host: Host,
     number: u64,
 }
 
 impl Ticket {
-    /// Delivers the result, which is copied. The wait ends at the next barrier of the world; if the world has ended,
-    /// the result is ignored.
+    /// Delivers the result, which is copied. The command continues at the next barrier of the world; if the world has
+    /// ended, the result is ignored.
     pub fn wake(self, result: &[u8]) -> Result {
         let wake = self.host.commands.and_then(|c| c.wake).ok_or_else(no_tickets)?;
         // SAFETY: the host lives until the plugin's shutdown, and the header permits this call on any thread.
@@ -74,11 +74,11 @@ impl<P: Plugin> DerefMut for Call<'_, P> {
     }
 }
 
-/// Types that a command can return as a result: numbers, booleans, texts, lists of numbers, a [`Value`], and references
-/// to these.
+/// Types that a command can return as a result: numbers, booleans, texts, bytes, arrays of numbers, a [`Value`] or
+/// [`ValueRef`], and references to these.
 pub trait Return {
     /// Converts the result to the form of the ABI, and copies the data that it points to into `room`. Returns `None` if
-    /// there is not enough memory.
+    /// there is not enough memory or the value is nested too deep.
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value>;
 }
 impl<T: Return + ?Sized> Return for &T {
@@ -157,7 +157,7 @@ impl Return for String {
         self.as_str().to_raw(room)
     }
 }
-/// Returned as text; the bytes need not be valid UTF-8.
+/// Bytes are returned as text, which need not be valid UTF-8.
 impl Return for [u8] {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         raw_span(TATU_TEXT, self, room)
@@ -253,7 +253,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
         self.arg(i).array().ok_or_else(|| self.wrong(i, &format!("a table of {N} numbers")))
     }
 
-    /// Adds a result.
+    /// Adds a result. If there is no room for it, the call fails when the command returns.
     #[inline]
     pub fn ret(&mut self, value: impl Return) {
         match value.to_raw(&mut CallRoom(self.raw)) {
@@ -269,11 +269,11 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
 }
 
 impl<'a, P: Plugin> Call<'a, P> {
-    /// Adds a result.
+    /// Adds a result. If there is no room for it, the call fails when the command returns.
     #[inline]
     pub fn ret(&mut self, value: impl Return) {
-        // Repeated here because calling it through `Deref` would borrow the call mutably before arguments such as in
-        // `c.ret(2.0 * c.f64(0)?)` are evaluated.
+        // Repeated here because a call through `DerefMut` would borrow `c` mutably before the argument is evaluated, so
+        // `c.ret(2.0 * c.f64(0)?)` would not compile.
         self.0.ret(value);
     }
     /// Returns the world.
@@ -301,9 +301,10 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn can_wait(&self) -> bool {
         self.0.raw.wait_token != 0
     }
-    /// Returns the word that was passed to the wait that has just ended, or 0 in the first call of the command. After a
-    /// wait, the arguments are no longer available, so store the data that you need in the instance, under that word.
-    /// If the script ends during the wait, the command is not called again, so discard stale entries.
+    /// Returns the number `resume` that was passed to the `wait_*` function before the command was suspended, or 0 in
+    /// the first call of the command. After a wait, the arguments are no longer available, so store the data that you
+    /// need in the instance, under that number. If the script ends during the wait, the command is not called again, so
+    /// discard stale entries.
     pub fn resumed(&self) -> u64 {
         self.0.raw.resume
     }
@@ -320,7 +321,7 @@ impl<'a, P: Plugin> Call<'a, P> {
             }
         }
     }
-    /// Waits for `steps` steps; the command returns the outcome: `return c.wait_steps(1, word)`.
+    /// Waits for `steps` steps. The command must return the outcome at once: `return c.wait_steps(1, resume)`.
     pub fn wait_steps(&mut self, steps: u32, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_STEPS, f64::from(steps), "", resume)
     }
@@ -332,7 +333,8 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn wait_signal(&mut self, name: &str, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_SIGNAL, 0.0, name, resume)
     }
-    /// Waits until the next step, to check a condition in each step. As in all waits, `resume` must not be 0.
+    /// Waits until the next step, to check a condition in each step. As for all `wait_*` functions, `resume` must not
+    /// be 0.
     pub fn wait_poll(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
     }
@@ -358,7 +360,7 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn wait_wake(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_WAKE, 0.0, "", resume)
     }
-    /// Returns the result that ended the wait, in the call that follows the wait.
+    /// Returns the result that [`Ticket::wake`] delivered, in the call of the command that follows the wait.
     pub fn woken(&mut self) -> Result<&'a [u8]> {
         let (call, mut result) = (&mut *self.0.raw, tatu_str { ptr: std::ptr::null(), len: 0 });
         // SAFETY: the table `api` lives as long as the call, `call` is its frame, and its error is null or points to a
@@ -373,7 +375,7 @@ impl<'a, P: Plugin> Call<'a, P> {
         }
     }
 
-    /// Retains a function of a script, until it is released or its script ends.
+    /// Retains a function of a script until it is released or its script ends; returns its retained id.
     pub fn keep_func(&self, func: tatu_func) -> Result<tatu_func> {
         let (world, mut kept) = (self.world(), 0);
         match service!(world.commands.retain)(world.raw(), func, Some(&mut kept)) {

@@ -30,7 +30,7 @@ pub struct SharedWorld<'a> {
     host: &'a Host,
 }
 
-/// Returns a function of a host table, or returns an error from the caller if this host lacks it.
+/// Evaluates to a function of a host table or, if this host lacks it, returns an error from the enclosing function.
 macro_rules! service {
     ($world:ident . $table:ident . $function:ident) => {
         $world.host().$table.and_then(|t| t.$function).ok_or_else(|| {
@@ -70,7 +70,7 @@ impl<'a> SharedWorld<'a> {
             None => Fail::with_code(status, "the host rejected the call without an error message"),
         }
     }
-    /// Like [`check`](Self::check), but returns `None` if there is no such object.
+    /// Checks a status like [`check`](Self::check), but returns `None` for `TATU_ERR_MISSING`.
     pub(crate) fn found<T>(&self, status: tatu_status, value: T) -> Result<Option<T>> {
         match status {
             TATU_ERR_MISSING => Ok(None),
@@ -105,12 +105,12 @@ impl<'a> SharedWorld<'a> {
         self.check(unsafe { get(self.raw, object, prop.0, out.as_mut_ptr(), N as u32) })?;
         Ok(out)
     }
-    /// Reads one number.
+    /// Reads a property that consists of one number.
     #[inline]
     pub fn f64(&self, object: tatu_object, prop: Prop) -> Result<f64> {
         Ok(self.f64s::<1>(object, prop)?[0])
     }
-    /// Sets a property.
+    /// Sets a property. In a parallel command, only the drives of joints can be set.
     pub fn set(&self, object: tatu_object, prop: Prop, value: &Value) -> Result {
         let mut owned = Owned::default();
         let value = owned.value(value);
@@ -146,7 +146,7 @@ impl<'a> SharedWorld<'a> {
         // copied at once.
         Ok(unsafe { Reading::of(&view) })
     }
-    /// Returns name and shape of the `index`-th field of a sensor, from 0, or `None` past the last one.
+    /// Returns the name and the shape of the `index`-th field of a sensor, from 0, or `None` past the last one.
     pub fn field_of(&self, sensor: tatu_object, index: u32) -> Option<(&'a str, [u32; 3])> {
         let describe = self.host.readings.and_then(|t| t.describe)?;
         let mut field = tatu_field { size: size_of::<tatu_field>() as u32, ..tatu_field::empty() };

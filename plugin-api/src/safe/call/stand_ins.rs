@@ -1,5 +1,5 @@
-//! Stand-ins for missing objects that scripts look up: see `tatu_host_stand_ins` in `tatu/vrep.h`. They are not created
-//! for scripts that run in parallel.
+//! Stand-ins: objects that the host creates in place of missing ones when a script is run without its scene; see
+//! `tatu_host_stand_ins` in `tatu/vrep.h`. They are not created for scripts that run in parallel.
 
 use std::ffi::CString;
 
@@ -8,7 +8,7 @@ use crate::safe::SharedWorld;
 
 impl SharedWorld<'_> {
     /// Requests a stand-in for an object that was not found by path or unique name; an empty `kind` means any. Returns
-    /// `None` in runs without stand-ins.
+    /// `None` in runs that do not create stand-ins.
     pub fn stand_in(&self, from: tatu_object, name: &str, kind: &str) -> Option<tatu_object> {
         let kind = CString::new(kind).ok()?;
         let kind = if kind.is_empty() { LentCStr::NULL } else { kind.as_c_str().into() };
@@ -16,15 +16,15 @@ impl SharedWorld<'_> {
         let object = self.host().stand_ins?.object?;
         (object(self.raw(), from, name.into(), kind, Some(&mut id)) >= 0).then_some(id)
     }
-    /// Reports that an object was used as one of a kind ("joint"), or as a sensor with a schema ("proximity/1").
-    /// Returns whether it now is of that kind; only stand-ins change their kind.
+    /// Reports that a command used an object as one of the given kind ("joint"), or as a sensor with the given schema
+    /// ("proximity/1"). Returns whether the object now is of that kind; only stand-ins change their kind.
     pub fn used_as(&self, object: tatu_object, kind: &str) -> bool {
         let Ok(kind) = CString::new(kind) else { return false };
         let used = self.host().stand_ins.and_then(|t| t.used);
         used.is_some_and(|f| f(self.raw(), object, kind.as_c_str().into()) >= 0)
     }
-    /// Returns whether missing objects are created when a script looks them up by name, which is so in runs of scripts
-    /// without their scene.
+    /// Returns whether the run creates missing objects when a script looks them up by name, as runs of scripts without
+    /// their scene do.
     pub fn makes_stand_ins(&self) -> bool {
         self.host().stand_ins.and_then(|t| t.made).is_some_and(|f| f(self.raw()) >= 0)
     }

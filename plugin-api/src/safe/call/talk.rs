@@ -1,4 +1,4 @@
-//! Communication of scripts and plugins in a world: signals, functions of scripts, events.
+//! Communication between scripts and plugins in a world: signals, functions of scripts, events.
 
 use crate::abi::*;
 use crate::safe::{
@@ -15,8 +15,9 @@ impl<'a> World<'a> {
         // SAFETY: the pointer and the count are those of the slice `args`; `ValueRef` is transparent over `tatu_value`.
         self.check(unsafe { broadcast(self.raw(), callback.into(), ptr, n, except) })
     }
-    /// Calls, in place of the running stage (`TATU_STAGE_ACTUATE` or `TATU_STAGE_REACT`) and with these arguments, the
-    /// child scripts below an object that the stage has not called yet. Returns the number of scripts called.
+    /// Calls, with these arguments, the child scripts of the objects below `above` that the running stage
+    /// (`TATU_STAGE_ACTUATE` or `TATU_STAGE_REACT`) has not called yet; the stage then skips them. Returns the number
+    /// of scripts called, which is 0 if the stage is not running.
     pub fn call_below(&self, above: tatu_object, stage: u32, args: &[ValueRef<'_>]) -> Result<u32> {
         let (ptr, len, mut n) = (args.as_ptr().cast(), args.len() as u32, 0);
         let call_below = service!(self.scripts.call_below);
@@ -59,8 +60,8 @@ impl<'a> World<'a> {
         let call = |world: WorldRef<'_>, frame: &mut tatu_call| unsafe { call(world, script, function.into(), frame) };
         outgoing::call(self, tatu_call::empty(), args, call).map(Called::done)
     }
-    /// Adds a script of kind "child", "threaded" or "customization" to an object; returns its handle. During a run it
-    /// starts in the next stage, after all others. `dialect` may be empty.
+    /// Adds a script of kind "child", "threaded" or "customization" to an object; returns the script object. During a
+    /// run it starts in the next stage, after all others. `dialect` may be empty.
     pub fn add_script(
         &self,
         owner: tatu_object,
@@ -77,8 +78,8 @@ impl<'a> World<'a> {
         Ok(out)
     }
 
-    /// Returns the options of a script that was started from outside the document, as a map of texts; it is empty for
-    /// other scripts.
+    /// Returns the options of a script that was started from outside the scene, such as an add-on, as a map of texts;
+    /// the map is empty for other scripts.
     pub fn script_options(&self, script: tatu_object) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL;
         self.check(service!(self.scripts.options)(self.raw(), script, Some(&mut value)))?;
@@ -89,7 +90,7 @@ impl<'a> World<'a> {
     pub fn publish(&self, name: &str, payload: ValueRef<'_>) -> Result {
         self.check(service!(self.events.publish)(self.raw(), name.into(), Some(&payload)))
     }
-    /// Like [`publish`](Self::publish), but for an owned value.
+    /// Publishes an event like [`publish`](Self::publish), but with an owned payload.
     pub fn publish_value(&self, name: &str, payload: &Value) -> Result {
         self.publish(name, Owned::default().value(payload))
     }

@@ -6,7 +6,7 @@ use std::{ffi::CString, ops::Deref};
 use crate::abi::*;
 use crate::safe::{Host, Result, SharedWorld, call::shared_world::service};
 
-/// The shortest segment between two shapes, world frame.
+/// The shortest segment between two shapes, in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closest {
     /// End on the first shape, m.
@@ -20,7 +20,7 @@ pub struct Closest {
 /// A contact between two shapes.
 pub type Contact = tatu_contact;
 
-/// A world, during a call with exclusive access to it.
+/// A world to which the current call has exclusive access.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub struct World<'a>(SharedWorld<'a>);
@@ -65,7 +65,7 @@ impl<'a> World<'a> {
         ))?;
         Ok(id)
     }
-    /// Removes objects; their children become those of their parents.
+    /// Removes objects. Their children become children of their parents.
     pub fn remove(&self, objects: &[tatu_object]) -> Result {
         let remove = service!(self.scene.remove);
         // SAFETY: the pointer and the count are those of the slice `objects`.
@@ -117,7 +117,7 @@ impl<'a> World<'a> {
     pub fn sense_now(&self, sensor: tatu_object, only: tatu_object) -> Result {
         self.check(service!(self.readings.sense_now)(self.raw(), sensor, only))
     }
-    /// Measures a sensor now, with the limits in `look` in place of its own. This function sets `look.size`.
+    /// Measures a sensor now, with the limits in `look` in place of its own. The caller need not set `look.size`.
     pub fn look_through(&self, sensor: tatu_object, look: tatu_look) -> Result {
         let look = tatu_look { size: size_of::<tatu_look>() as u32, ..look };
         let look_through = service!(self.readings.look);
@@ -140,7 +140,7 @@ impl<'a> World<'a> {
         // SAFETY: `fill` passes a buffer with room for `cap` elements.
         self.fill(|out, cap, n| unsafe { list(self.raw(), schema.as_c_str().into(), out, cap, n) })
     }
-    /// Sets the velocity of a dynamic shape.
+    /// Sets the velocity of a dynamic shape in the world frame: linear (m/s), then angular (rad/s).
     pub fn set_twist(&self, object: tatu_object, twist: &[f64; 6]) -> Result {
         self.check(service!(self.bodies.set_twist)(self.raw(), object, Some(twist)))
     }
@@ -149,7 +149,7 @@ impl<'a> World<'a> {
     pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
         self.check(service!(self.bodies.push)(self.raw(), object, Some(force), Some(torque)))
     }
-    /// Returns the pairs of shapes in contact, of one shape, or of all shapes if `object` is 0.
+    /// Returns the contacts of a shape, or of all shapes if `object` is 0, after the last step.
     pub fn contacts(&self, object: tatu_object) -> Result<Vec<Contact>> {
         let contacts = service!(self.bodies.contacts);
         // SAFETY: `fill` passes a buffer with room for `cap` elements.
@@ -187,8 +187,8 @@ impl<'a> World<'a> {
     pub fn request(&self, what: u32) -> Result {
         self.check(service!(self.session.request)(self.raw(), what))
     }
-    /// Returns kind ("key") and text of the `index`-th external input since the start, from 0, or `None` past the last
-    /// one. Calls by services are not included.
+    /// Returns the kind (such as "key") and the text of the `index`-th external input since the start, from 0, or
+    /// `None` past the last one. Calls by services are not included.
     pub fn input(&self, index: u64) -> Option<(String, String)> {
         let input = self.host().session?.input?;
         let (mut kind, mut text) = (Lent::EMPTY, Lent::EMPTY);

@@ -15,15 +15,15 @@ impl<P: Plugin> Command<P> {
     /// If the function uses [`Call::instance`] or [`SharedCall::plugin`], the compiler needs the type of the plugin:
     /// `Command::<Self>::new(...)`.
     ///
-    /// A function that may wait returns [`Outcome::Waiting`](crate::safe::Outcome), as `wait_steps` and the other waits
-    /// do, or `Done`:
+    /// A function that may wait returns [`Outcome::Done`](crate::safe::Outcome), or the result of `wait_steps` or
+    /// another `wait_*` function, which is `Outcome::Waiting`:
     ///
     /// ```
     /// # use tatu_plugin_api::safe::*;
     /// # fn offer<P: Plugin>(offer: &mut Offer<P>) {
     /// offer.command(Command::<P>::new("mine.later", |c| {
     ///     if c.resumed() == 0 {
-    ///         return c.wait_steps(10, 1); // called again with this word, and without arguments
+    ///         return c.wait_steps(10, 1); // called again with `resumed() == 1`, and without arguments
     ///     }
     ///     c.ret("ten steps later");
     ///     Ok(Outcome::Done)
@@ -69,7 +69,8 @@ impl<P: Plugin> Command<P> {
         self.names.push(Name { name: name.into(), on_error: Some(on_error.into()), until: None });
         self
     }
-    /// Sets the first dialect in which errors of old names are raised again.
+    /// Sets the first dialect whose scripts receive the errors of calls by old names, instead of the values of
+    /// `on_error`.
     pub fn old_names_until(mut self, dialect: &str) -> Self {
         self.names.iter_mut().filter(|n| n.on_error.is_some()).for_each(|n| n.until = Some(dialect.into()));
         self

@@ -25,8 +25,8 @@ pub trait Importer: Sized + 'static {
     /// Returns the confidence, 0 to 100, that the importer can read a file that begins with `head`; 0 if such files are
     /// recognized only by their suffix.
     fn sniff(head: &[u8]) -> u32;
-    /// Reads a file; the first object is the base. Malformed input must cause an error, never a crash. Errors state
-    /// their line with `Fail::at("", line)`.
+    /// Reads a file; the first object is the base. Malformed input must cause an error, never a crash. Errors should
+    /// state their line with `Fail::at("", line)`.
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
 

@@ -42,7 +42,7 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Returns the C frame.
+    /// Returns the frame in the form of the ABI.
     pub fn raw(&mut self) -> *mut tatu_call {
         self.raw
     }
@@ -99,7 +99,8 @@ pub trait Language: Sized + 'static {
         0
     }
     /// Returns the order in which scripts are called, `TATU_ORDER_*`, in a world whose scene specifies this dialect; if
-    /// the dialect is empty, `_modern` states whether the world has modern scripts. 0 means deepest first.
+    /// the dialect is empty, `_modern` states whether the world has scripts with `TATU_SCRIPT_MODERN`. 0 means deepest
+    /// first.
     fn order(&self, _dialect: &str, _modern: bool) -> u32 {
         0
     }
@@ -108,12 +109,13 @@ pub trait Language: Sized + 'static {
     fn place(&self) -> Option<Fail> {
         None
     }
-    /// Returns a number for a callback or function, or 0 if the script does not define it. `how` is one of
-    /// `TATU_FIND_*`.
+    /// Returns a number by which `call` identifies a callback or function, or 0 if the script does not define it. `how`
+    /// is one of `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
     /// Calls a function by the number that `find` returned; `used` receives the number of instructions executed.
     fn call(&self, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// Continues after a wait. The frame's arguments are the results of the command that waited, unless it failed.
+    /// Continues a call that was suspended in a waiting command. The frame's arguments are the results of that command,
+    /// unless it failed.
     fn resume(
         &self,
         token: u64,
@@ -134,11 +136,12 @@ pub trait Language: Sized + 'static {
         let _ = (bytes, version);
         Err(Fail::unsupported("this language cannot restore the state of a script"))
     }
-    /// Retains a borrowed function. Returns its permanent id, or 0 if it no longer exists.
+    /// Retains a function whose id is valid only during the current call. Returns its permanent id, or 0 if the
+    /// function no longer exists.
     fn keep_func(&self, local: u32) -> u32;
     /// Releases a retained function.
     fn drop_func(&self, local: u32);
-    /// Calls a function, borrowed or retained.
+    /// Calls a function by its id, which is valid only during the current call or was returned by `keep_func`.
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
     /// Checks that the language supports a dialect that a scene specifies; the error lists the supported dialects. By
     /// default, all dialects are accepted.
@@ -266,7 +269,7 @@ unsafe extern "C" fn find<L: Language>(data: *mut c_void, how: u32, name: tatu_s
     unsafe { ask(data, |script: &L| script.find(how, bytes_of(name))) }
 }
 
-/// Enters the script with a frame and a budget.
+/// Calls `f` with the script, and with the frame, the budget and the instruction counter that the host passed.
 fn enter<L: Language>(
     data: *mut c_void,
     frame: *mut tatu_call,

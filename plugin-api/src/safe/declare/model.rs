@@ -112,14 +112,15 @@ impl<'a> Builder<'a> {
         }
     }
     /// Reads a file, whose path is relative to the folder of the source; the bytes are valid during the build. Returns
-    /// `None` if the file does not exist. A path outside the folders that may be read makes the build fail.
+    /// `None` if the file cannot be read, for example because it does not exist. A path outside the folders that may be
+    /// read makes the build fail.
     pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
         let mut out = Lent::EMPTY;
         let status = self.raw.file?(Some(self.raw), relative.into(), Some(&mut out));
         (status >= 0).then(|| out.bytes())
     }
-    /// Sets a parameter of the world, such as "scene.dt", in SI units, or its free data, "scene.data". It has an effect
-    /// only if an importer's file is opened as the scene.
+    /// Sets a parameter of the world, such as "scene.dt", in SI units, or its free data, "scene.data". Such a setting
+    /// has an effect only if an importer's file is opened as the scene.
     pub fn setting(&self, key: &str, value: impl Into<Value>) -> Result {
         (Node { builder: *self, id: 0 }).set(key, value).map(drop)
     }
@@ -127,7 +128,7 @@ impl<'a> Builder<'a> {
     pub fn is_asked(&self) -> bool {
         self.raw.describe.is_some()
     }
-    /// Passes the host a description of the source, a map with text keys.
+    /// Passes the host a description of the source, a map with text keys, if the host requested one.
     pub fn describe(&self, map: &Value) -> Result {
         let Some(f) = self.raw.describe else { return Ok(()) };
         match f(Some(self.raw), Some(&Owned::default().value(map))) {
@@ -157,7 +158,7 @@ impl<'a> Builder<'a> {
 }
 
 impl<'a> Node<'a> {
-    /// Returns the object's number in this build.
+    /// Returns the object's number in this build; the base is 1.
     pub fn id(&self) -> u32 {
         self.id
     }

@@ -1,4 +1,4 @@
-//! Models that are described by text, which a plugin reads.
+//! Models that a plugin reads from text files.
 
 use std::{ffi::c_void, ptr::null, sync::PoisonError};
 
@@ -65,11 +65,11 @@ pub struct ModelNumber {
     pub value: Value,
     /// Unit; may be empty.
     pub unit: String,
-    /// The document that states it, or the reasoning behind an estimate.
+    /// The document that states the value, or the reasoning behind an estimate.
     pub source: String,
 }
 
-/// A model that was read. The table must be the first field, because its address is also that of the struct.
+/// A model that was read. The table must be the first field, because `build` casts its address to that of the struct.
 #[repr(C)]
 struct Read<R: ModelReader> {
     raw: tatu_model,

@@ -30,7 +30,7 @@ impl<P: Plugin> Offer<P> {
             events: Vec::new(),
         }
     }
-    /// Creates an instance of [`PerWorld::World`] for each world, for use by commands.
+    /// Makes the host create an instance of [`PerWorld::World`] for each world, for use by commands.
     pub fn per_world(&mut self)
     where
         P: PerWorld,
@@ -148,22 +148,26 @@ impl<P: Plugin> Offer<P> {
 
     pub(crate) fn finish(mut self) -> Tables {
         let keep = &mut self.keep;
-        let command =
-            (!self.commands.is_empty() || !self.constants.is_empty() || !self.preludes.is_empty()).then(|| {
-                let table = tatu_ext_command {
-                    size: size_of::<tatu_ext_command>() as u32,
-                    reserved: 0,
-                    commands: {
-                        let commands = self.commands.into_iter().map(|c| c.keep(keep)).collect();
-                        keep.list(commands)
-                    },
-                    constants: keep.list(self.constants),
-                    preludes: keep.list(self.preludes),
-                    per_world: self.per_world,
-                    kind_marks: keep.list(self.kind_marks),
-                };
-                keep.table(table)
-            });
+        let offers_commands = !self.commands.is_empty()
+            || !self.constants.is_empty()
+            || !self.preludes.is_empty()
+            || !self.kind_marks.is_empty()
+            || !self.per_world.is_null();
+        let command = offers_commands.then(|| {
+            let table = tatu_ext_command {
+                size: size_of::<tatu_ext_command>() as u32,
+                reserved: 0,
+                commands: {
+                    let commands = self.commands.into_iter().map(|c| c.keep(keep)).collect();
+                    keep.list(commands)
+                },
+                constants: keep.list(self.constants),
+                preludes: keep.list(self.preludes),
+                per_world: self.per_world,
+                kind_marks: keep.list(self.kind_marks),
+            };
+            keep.table(table)
+        });
         let sensor = (!self.sensors.is_empty()).then(|| {
             let kinds = keep.list(self.sensors);
             keep.table(tatu_ext_sensor { size: size_of::<tatu_ext_sensor>() as u32, reserved: 0, kinds })

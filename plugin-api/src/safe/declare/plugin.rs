@@ -8,7 +8,8 @@ use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
 /// A plugin. There is one value per host. A plugin must not have mutable globals; state that belongs to a world is
 /// stored in an instance of [`PerWorld`].
 pub trait Plugin: Sized + Send + Sync + 'static {
-    /// Starts the plugin. It may look up keys and services, but services can be called only once a world exists.
+    /// Starts the plugin. It may look up keys and services and write to the log, but functions that require a world can
+    /// be called only once a world exists.
     fn start(host: &Host) -> Result<Self>;
     /// Declares everything that the plugin offers.
     fn offer(offer: &mut Offer<Self>);
@@ -16,8 +17,8 @@ pub trait Plugin: Sized + Send + Sync + 'static {
 
 /// A plugin whose commands store state for each world. It must call [`Offer::per_world`].
 pub trait PerWorld: Plugin {
-    /// The state of a world. [`Call::instance`] returns it as a shared reference. A command may be called again while
-    /// it calls a function, so use cells, and do not hold a borrow across a call.
+    /// The state of a world. [`Call::instance`] returns it as a shared reference. While a command calls a function of a
+    /// script, it may itself be called again, so use cells, and do not hold a borrow across a call.
     type World: 'static;
 
     /// Creates the instance for a new world.
@@ -33,8 +34,8 @@ pub trait PerWorld: Plugin {
     }
     /// Version of the data that [`PerWorld::save`] writes; increase it when the format of the data changes.
     const STATE_VERSION: u32 = 0;
-    /// Saves the state of `world` for a snapshot. By default, the state is reported as missing from the snapshot, and
-    /// the run is restored by replay.
+    /// Saves the state of `world` for a snapshot. By default, a state that is not zero-sized is reported as missing
+    /// from the snapshot, and the run is restored by replay.
     fn save(world: &Self::World) -> Result<Vec<u8>> {
         let _ = world;
         if size_of::<Self::World>() == 0 {
@@ -60,7 +61,7 @@ pub struct Instance {
     pub seed: u64,
 }
 
-/// How an instance applies new values of its parameters.
+/// The response of an instance to new values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     /// The instance now uses the new values.
@@ -123,7 +124,7 @@ pub struct Offer<P: Plugin> {
     pub(crate) events: Vec<*const tatu_event>,
 }
 
-/// A command.
+/// The declaration of a command.
 pub struct Command<P: Plugin> {
     pub(crate) names: Vec<Name>,
     pub(crate) params: Vec<Param>,
@@ -168,7 +169,7 @@ pub enum Outcome {
     /// The command has finished, with its results.
     #[default]
     Done,
-    /// The command finishes later; see [`Call::wait_steps`] and the other waits.
+    /// The command finishes later; see [`Call::wait_steps`] and the other `wait_*` functions.
     Waiting,
 }
 

@@ -13,10 +13,10 @@ use crate::safe::{
     },
 };
 
-/// The form of the beams, which start at the sensor's origin and point along its +z axis.
+/// The form of the beams. Volumes and images start at the sensor's origin and point along its +z axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Form {
-    /// No beams: the sensor measures only its own motion.
+    /// No beams, as for sensors of motion, force or contact.
     None,
     /// Rays along these unit vectors, in the sensor's frame.
     Rays(Vec<[f64; 3]>),
@@ -177,7 +177,7 @@ pub trait Sensor: Sized + Send + Sync + 'static {
         let _ = (sample, rays);
         Ok(())
     }
-    /// Recomputes fields that are derived from others, after declared noise has been applied to these. Otherwise like
+    /// Recomputes fields that are derived from others, after declared noise has been applied to those. Otherwise like
     /// [`Sensor::measure`]. Called only if there is noise, so `measure` must also fill derived fields.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let _ = (sample, out);

@@ -76,7 +76,7 @@ pub trait Service: Sized + 'static {
         let _ = turn;
         Ok(())
     }
-    /// Handles the end of a command that waited; `token` is the one passed to [`Turn::call`].
+    /// Receives the result of a command that waited; `token` is the one passed to [`Turn::call`].
     fn resume(&self, turn: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
         let _ = (turn, token, result);
     }
@@ -91,7 +91,7 @@ pub enum Answer {
     Hold,
 }
 
-/// A session, for use by the threads of a service. After the service has ended, its functions have no effect.
+/// A session, for use by the threads of a service. After the service has ended, [`wake`](Self::wake) has no effect.
 #[derive(Clone)]
 pub struct Session {
     /// Null once the service has ended.
@@ -125,7 +125,7 @@ impl Session {
     }
 }
 
-/// A world, during a service's turn.
+/// A world to which a service has access while the host calls the service.
 pub struct Turn<'a> {
     world: World<'a>,
     session: &'a Session,

@@ -1,4 +1,5 @@
-//! Catches panics, which must not leave a plugin. Every function that the host calls is run by this module.
+//! Catches panics, which must not leave a plugin. The functions that the host calls run inside these guards, except the
+//! lookup of extensions, which cannot panic.
 
 use std::{
     any::Any,

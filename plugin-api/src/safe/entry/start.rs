@@ -8,14 +8,15 @@ use std::{
 use crate::abi::*;
 use crate::safe::{Fail, Host, Offer, Plugin, declare::plugin::Started, entry::guard};
 
-/// A constant table that contains only pointers to constants, so that it can be shared between threads.
+/// A constant table, which points only to constants and can therefore be shared between threads.
 #[doc(hidden)]
 #[repr(transparent)]
 pub struct Entry<T>(pub T);
 // SAFETY: the table and everything it points to are constant, so sharing it between threads is sound.
 unsafe impl<T> Sync for Entry<T> {}
 
-/// Requires a host at least as new as this crate, because the traits read its tables without checking their size.
+/// Requires a host at least as new as this crate, because the traits read most of its tables without checking their
+/// size.
 static HOST: Entry<tatu_need> = Entry(tatu_need {
     size: size_of::<tatu_need>() as u32,
     optional: 0,

@@ -21,7 +21,7 @@ struct Body {
 pub type Result<T = (), E = Fail> = std::result::Result<T, E>;
 
 impl Fail {
-    /// Creates an error with one of the `TATU_ERR_*` codes.
+    /// Creates an error with one of the `TATU_ERR_*` codes; a code that is not negative is replaced by `TATU_ERR`.
     pub fn with_code(code: tatu_status, text: impl Into<String>) -> Self {
         let code = if code < 0 { code } else { TATU_ERR };
         Fail(Box::new(Body { code, text: text.into(), help: None, file: None, traceback: None }))
@@ -65,7 +65,7 @@ impl Fail {
     pub fn text(&self) -> &str {
         &self.0.text
     }
-    /// Returns the hint.
+    /// Returns the hint, if the error has one.
     pub fn help_text(&self) -> Option<&str> {
         self.0.help.as_deref()
     }
@@ -73,7 +73,7 @@ impl Fail {
     pub fn place(&self) -> Option<(&str, u64)> {
         self.0.file.as_ref().map(|(f, l)| (f.as_str(), *l))
     }
-    /// Returns the traceback of a script, innermost call first.
+    /// Returns the traceback of a script, innermost call first, if the error has one.
     pub fn traceback_text(&self) -> Option<&str> {
         self.0.traceback.as_deref()
     }

@@ -9,7 +9,7 @@ mod sealed {
     pub trait Sealed {}
 }
 
-/// A type of elements of a field.
+/// A type that the elements of a field can have.
 pub trait Element: sealed::Sealed + Copy {
     /// The element type in the ABI, `TATU_ELEM_*`.
     const ELEM: u32;

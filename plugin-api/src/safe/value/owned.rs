@@ -238,7 +238,8 @@ impl<'a> ValueRef<'a> {
     pub fn truthy(self) -> bool {
         !self.is_nil() && self.as_bool() != Some(false)
     }
-    /// Returns an object, from an object value or from a handle that a script passes.
+    /// Returns an object, from an object value or from a number that is not negative, such as a handle that a script
+    /// passes. Returns `None` for other values.
     pub fn as_object(self) -> Option<tatu_object> {
         match self.tag() {
             TATU_OBJECT => Some(self.bits()),

@@ -8,7 +8,8 @@ use crate::safe::{
     value::{keep::Keep, owned::type_name},
 };
 
-/// The declaration of a parameter of a sensor, model or command, or of a result of a command.
+/// The declaration of a parameter (of a command, sensor, model or service, for example), of a result of a command, or
+/// of a field of an event.
 #[derive(Debug, Clone)]
 pub struct Param {
     pub(crate) key: String,
@@ -229,7 +230,7 @@ impl<'a> Params<'a> {
     pub fn new(values: &'a [ValueRef<'a>], declared: &'a [Param]) -> Self {
         Params { values, declared }
     }
-    /// Returns the value of a parameter, or nil if none was given.
+    /// Returns the value of a parameter, or nil if it has neither a value nor a default.
     pub fn get(&self, key: &str) -> Result<ValueRef<'a>> {
         let i = self
             .declared

@@ -160,13 +160,13 @@ impl<'a> Sample<'a> {
     pub fn pose(&self) -> Option<[f64; 7]> {
         self.own(self.batch.pose.cast())
     }
-    /// Returns the twist of its mount in the world frame: m/s, then rad/s; or `None` without `TATU_IN_TWIST` in its
-    /// inputs.
+    /// Returns the twist of the sensor's mount in the world frame: m/s, then rad/s; or `None` without `TATU_IN_TWIST`
+    /// in its inputs.
     pub fn twist(&self) -> Option<[f64; 6]> {
         self.own(self.batch.twist.cast())
     }
-    /// Returns the acceleration of its origin in the world frame, without gravity: m/s^2, then rad/s^2; or `None`
-    /// without `TATU_IN_ACCELERATION` in its inputs.
+    /// Returns the acceleration of the sensor's origin in the world frame, without gravity: m/s^2, then rad/s^2; or
+    /// `None` without `TATU_IN_ACCELERATION` in its inputs.
     pub fn acceleration(&self) -> Option<[f64; 6]> {
         self.own(self.batch.acceleration.cast())
     }
@@ -204,7 +204,7 @@ impl<'a> Sample<'a> {
 
 /// The output of a sensor or actuator: the buffers of its fields, in the order of declaration, and its state.
 pub struct Readout<'a> {
-    /// Address and number of elements of each field.
+    /// Address of each field; `lengths` contains the numbers of elements.
     places: &'a [*mut c_void],
     lengths: &'a [u64],
     fields: &'a [Field],

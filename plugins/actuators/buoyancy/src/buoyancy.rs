@@ -17,7 +17,7 @@ pub struct Buoyancy {
     hull: Hull,
     /// Specific weight of the water, N/m^3.
     weight: f64,
-    /// Height of the surface, m.
+    /// Height of the water surface in the world, m.
     surface: f64,
     /// Velocity of the water, world frame, m/s.
     current: [f64; 3],
@@ -25,8 +25,8 @@ pub struct Buoyancy {
     linear: [f64; 6],
     /// Quadratic drag of the fully submerged hull, along and about each axis of the mount, N s^2/m^2 and N m s^2.
     quadratic: [f64; 6],
-    /// Inertia of the body: its mass for each axis, kg, then its moments of inertia, kg m^2. Limits the effect of drag
-    /// in a step.
+    /// Inertia of the body: its mass for each axis, kg, then its moments of inertia, kg m^2. The inertia limits the
+    /// effect of drag in a step.
     inertia: [f64; 6],
 }
 

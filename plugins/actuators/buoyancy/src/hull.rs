@@ -1,7 +1,8 @@
 //! Hydrostatics of a box in water with a flat surface.
 
-/// Number of columns along x and along y. Each has two points of the Gauss-Legendre rule, which integrates the pressure
-/// on a floating box exactly while no edge of the box crosses the water surface within a column.
+/// Number of columns along x and along y. In each of these directions, a column has two points of the Gauss-Legendre
+/// rule, which integrates the submerged volume and its moment exactly unless the water surface crosses the top or the
+/// bottom of the box within the column.
 const COLUMNS: [usize; 2] = [6, 4];
 /// Distance of the two points from the centre of a column of half width 1.
 const GAUSS: f64 = 0.577_350_269_189_625_8;

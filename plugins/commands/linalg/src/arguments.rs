@@ -12,7 +12,7 @@ pub type Cmd = Command<Linalg>;
 /// A call of one of this plugin's commands, which may run in parallel with others.
 pub type Shared<'a> = SharedCall<'a, Linalg>;
 
-/// Maximum number of elements of a matrix. The time for a decomposition grows with the number to the power of 1.5.
+/// Maximum number of elements of a matrix. The time for a decomposition grows with this number to the power of 1.5.
 const MOST: usize = 250_000;
 
 /// Declares the parameter with the elements of a matrix.
@@ -42,7 +42,7 @@ pub fn given(c: &Shared<'_>, i: usize) -> Result<Matrix> {
     Ok(Matrix::from_row_slice(rows, numbers.len() / rows, &numbers))
 }
 
-/// Sets the result of a call to the elements of a matrix, row by row.
+/// Sets the result of a call to the elements of a matrix, row by row. Returns an error if an element is not finite.
 pub fn give(c: &mut Shared<'_>, m: &Matrix) -> Result {
     let by_rows = m.transpose();
     if !by_rows.iter().all(|x| x.is_finite()) {

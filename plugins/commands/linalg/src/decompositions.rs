@@ -96,7 +96,8 @@ pub fn symmetric_eigen(m: &Matrix) -> Made<(Vec<f64>, Matrix)> {
     let eigen = eigen.ok_or("the eigenvalues were not found: the iteration did not converge")?;
     let mut order: Vec<usize> = (0..m.nrows()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    // The sign of an eigenvector is arbitrary: make its largest component positive, so that results are reproducible.
+    // The sign of an eigenvector is arbitrary: make the component with the largest magnitude positive, so that results
+    // are reproducible.
     let columns = order.iter().map(|i| {
         let v = eigen.eigenvectors.column(*i).into_owned();
         if v[v.iamax()] < 0.0 { -v } else { v }

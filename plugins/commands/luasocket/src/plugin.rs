@@ -17,6 +17,6 @@ pub struct LuaSocket {
 #[derive(Default)]
 pub struct Open {
     pub(crate) sockets: RefCell<Sockets>,
-    /// Whether a denied access has been reported. Only the first one is reported.
+    /// Whether the denial of an access has been reported. Only the first denial in a world is reported.
     pub(crate) told: Cell<bool>,
 }

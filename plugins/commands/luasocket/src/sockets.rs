@@ -14,7 +14,7 @@ const SLICE: Duration = Duration::from_millis(50);
 const LOOK: Duration = Duration::from_millis(1);
 /// Shortest timeout of a connection attempt; `connect_timeout` rejects zero.
 const LEAST_CONNECT: Duration = Duration::from_millis(20);
-/// Longest timeout of a connection attempt, used where the script sets no limit.
+/// Longest timeout of a connection attempt, which also applies if the script sets no limit.
 const MOST_CONNECT: Duration = Duration::from_secs(120);
 /// Number of bytes per read from the operating system, as in LuaSocket.
 const BUFFER: usize = 8192;
@@ -76,7 +76,8 @@ impl<'a> Patience<'a> {
     pub fn wait(&self) {
         while self.sleep(SLICE).is_ok() {}
     }
-    /// Calls `f` repeatedly until it no longer returns `WouldBlock`.
+    /// Calls `f` repeatedly until it succeeds or fails with an error other than `WouldBlock`, `TimedOut` and
+    /// `Interrupted`. Returns an error once the deadline has passed or the run is about to end.
     fn until<T>(&self, mut f: impl FnMut() -> io::Result<T>) -> io::Result<T> {
         loop {
             match f() {
@@ -338,7 +339,8 @@ impl Sockets {
         }
     }
     /// Waits until at least one socket of `read` can be read or one of `write` can be written, and returns the ready
-    /// sockets of both lists. Sockets with buffered bytes come first.
+    /// sockets of both lists, or empty lists at the deadline or if the run is about to end. Sockets with buffered bytes
+    /// come first.
     pub fn select(&mut self, read: &[i64], write: &[i64], patience: &Patience<'_>) -> [Vec<i64>; 2] {
         loop {
             let mut pick = |list: &[i64], write: bool| {

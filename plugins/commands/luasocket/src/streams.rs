@@ -1,4 +1,4 @@
-//! TCP connections.
+//! Commands for TCP connections, and those that apply to sockets of any kind.
 
 use std::{io, net::Shutdown, time::Duration};
 
@@ -161,8 +161,8 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     closing(offer);
 }
 
-/// Adds the command that closes a socket. Its calls are not recorded as inputs, because a replay has no open sockets
-/// that it could close.
+/// Adds the commands that close, shut down and configure a socket. Their calls are not recorded as inputs, because they
+/// return nothing, and a replay has no open sockets.
 fn closing(offer: &mut Offer<LuaSocket>) {
     offer.command(
         Command::new("luasocket.close", |c| {

@@ -3,7 +3,7 @@
 //! A message is one or more packets: the bytes 59 and 57, two bytes with the length of the data, two with the number of
 //! packets that follow, all little-endian, and the data. A request contains the distance that the nose sensor measures
 //! (0 if nothing is detected) and the simulation time; the answer contains the velocities of the left and right wheels
-//! in rad/s; all are float32. The format and the steering were observed on the socket of
+//! in rad/s. All values are 32-bit floats. The format and the steering were observed on the socket of
 //! CoppeliaRobotics/bubbleRobServer (2025).
 
 use std::{

@@ -1,4 +1,5 @@
-//! Lets scripts start external programs if the user allows it, and substitutes the server of a V-REP tutorial.
+//! Lets scripts start external programs if the user allows it, and provides a substitute for the server of a V-REP
+//! tutorial.
 //!
 //! - `launch`: the command `sim.launchExecutable`;
 //! - `bubblerob`: the server program of V-REP's BubbleRob tutorial.

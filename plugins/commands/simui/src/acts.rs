@@ -11,8 +11,8 @@ use crate::{
 /// The actions that `tatu.actOnWindow` accepts.
 const WHAT: &[&str] = &["click", "change", "close", "link", "select"];
 
-/// Calls the script function that a widget declares for an event. Its first arguments are the number of the window and
-/// the id of the widget.
+/// Calls the script function that a widget declares for an event, if any. The first arguments of the function are the
+/// number of the window and, unless the event concerns the window itself, the id of the widget.
 fn call(c: &Ctx<'_>, (window, n): (i64, usize), event: &str, rest: &[Json]) -> Result {
     let (script, id, function) = {
         let mut all = all(c)?;

@@ -28,7 +28,7 @@ struct Field {
     holds: Holds,
     gets: bool,
     text: &'static str,
-    /// Element and value in the generated example.
+    /// The element in the generated example; `sample` is its value.
     element: &'static str,
     sample: &'static str,
 }

@@ -5,7 +5,7 @@
 //!   user actions, and callbacks into scripts;
 //! - `program`: whole windows; `fields`: single values of widgets; `lists`: combo boxes, tables and trees; `plots`:
 //!   curves and images; `svg`: drawings;
-//! - `neutral`: commands that are accepted and do nothing.
+//! - `neutral`: commands that are accepted and do nothing, and constants.
 
 mod acts;
 mod fields;

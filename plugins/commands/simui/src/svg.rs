@@ -16,7 +16,8 @@ use crate::{
 /// Maximum length of a drawing, in bytes.
 const MOST_BYTES: usize = 4 << 20;
 
-/// Returns the text of a drawing, or an empty string, for which nothing is shown, if it is not valid SVG.
+/// Returns the text of a drawing, or an empty string if it is not well-formed XML with a single `<svg>` element. Views
+/// show nothing for an empty string.
 fn read(bytes: &[u8]) -> Result<String> {
     if bytes.len() > MOST_BYTES {
         return Err(Fail::argument(format!(
@@ -49,8 +50,8 @@ fn read_file(c: &Ctx<'_>, name: &[u8]) -> Result<String> {
     read(&c.world().read_file(name, MOST_BYTES as u64)?)
 }
 
-/// Reads the SVG files to which a description refers. If a file cannot be read, this is logged, and its element remains
-/// empty.
+/// Reads the SVG files to which a description refers. If a file cannot be read, a warning is logged, and its element
+/// remains empty.
 pub(crate) fn load(c: &Ctx<'_>, nodes: &mut [Node]) {
     for node in nodes.iter_mut().filter(|n| n.element == "svg") {
         let Some(name) = node.values.get("file").and_then(Json::as_str) else { continue };

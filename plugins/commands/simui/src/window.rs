@@ -17,7 +17,7 @@ use crate::{
     plugin::Ctx,
 };
 
-/// Name of the event that is published when a window was opened, changed or closed.
+/// Name of the event that is published when a window is opened, changed or closed.
 pub(crate) const EVENT: &str = "ui.window";
 /// Maximum number of open windows.
 const MOST_WINDOWS: usize = 200;
@@ -25,7 +25,7 @@ const MOST_WINDOWS: usize = 200;
 /// An open window, shown or hidden.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Window {
-    /// The script that opened the window and contains its callbacks.
+    /// The script that opened the window and contains its callbacks; 0 if no script did.
     pub(crate) script: tatu_object,
     pub(crate) nodes: Vec<Node>,
 }
@@ -128,7 +128,7 @@ pub(crate) fn set(c: &Ctx<'_>, (window, n): (i64, usize), entries: &[(&str, Json
     if changed.is_empty() { Ok(()) } else { tell(c, json!({ "window": window, "n": n, "set": changed })) }
 }
 
-/// Publishes an event to views.
+/// Publishes `payload` to views in the event `ui.window`.
 pub(crate) fn tell(c: &Ctx<'_>, payload: Json) -> Result {
     publish(&c.world(), payload)
 }

@@ -13,7 +13,8 @@ const MOST_DEPTH: usize = 64;
 /// Maximum number of elements.
 const MOST_NODES: usize = 5000;
 
-/// Attributes with numeric values. Those in `TRUTHS` are booleans, and all others are strings.
+/// Attributes with numeric values. Those in `TRUTHS` are booleans. All others are strings, except `checked` and, unless
+/// the element is an `<edit>`, `value`, which are numbers.
 const NUMBERS: &[&str] =
     &["minimum", "maximum", "step", "tick-interval", "max-buffer-size", "auto-repeat-interval", "width", "height"];
 const TRUTHS: &[&str] = &[
@@ -173,7 +174,7 @@ fn attribute(node: &mut Node, name: &str, value: String) {
     node.values.insert(name.to_owned(), value);
 }
 
-/// Sets the initial values of a widget.
+/// Sets the values that the description of a widget omits to their defaults.
 fn begin(node: &mut Node) {
     let mut put = |key: &str, value: Json| {
         node.values.entry(key).or_insert(value);
@@ -209,7 +210,8 @@ fn begin(node: &mut Node) {
     }
 }
 
-/// Moves the entries of combo boxes, tables and trees, which are child elements, into the values of these widgets.
+/// Moves the child elements of combo boxes (their entries), tables (header and rows) and trees (header) into the values
+/// of these widgets.
 fn gather(nodes: &mut [Node]) {
     let texts = |nodes: &[Node], n: usize| -> Vec<Json> {
         let items = nodes[n].below.iter().filter(|b| nodes[**b].element == "item");

@@ -1,4 +1,4 @@
-//! Tatu's own commands, for which the V-REP script API has no equivalent: `tatu.on`, `tatu.emit`, `tatu.options`,
+//! Tatu's own commands, which supplement the V-REP script API: `tatu.on`, `tatu.off`, `tatu.emit`, `tatu.options`,
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`,
 //! `tatu.setScript`, `tatu.addScript`, `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models`, `tatu.kinds`,
 //! `tatu.addModel`, `tatu.add`, `tatu.copy`, `tatu.remove`; and for scene editors: `tatu.edit`, `tatu.undo`,

@@ -75,7 +75,7 @@ fn converted(default: &Value, text: &[u8]) -> Option<Value> {
             "false" | "no" | "0" => Some(Value::Bool(false)),
             _ => None,
         },
-        // An integer default can stand for any number, such as `period = 1`, so it also accepts a fraction.
+        // A script can write `period = 1` as the default of any number, so an integer default also accepts a fraction.
         Value::Int(_) => {
             let float = || str?.parse().ok().filter(|x: &f64| x.is_finite()).map(Value::Float);
             str?.parse().ok().map(Value::Int).or_else(float)

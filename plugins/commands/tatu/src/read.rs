@@ -68,7 +68,8 @@ fn read(c: &Shared<'_>) -> Result<Entries> {
     Ok(entries)
 }
 
-/// Returns the fields by their short names. Fields that share a short name are also returned by their full names.
+/// Returns the fields by their short names. If several fields share a short name, it refers to the first of them, and
+/// all of them are also returned by their full names.
 fn named(fields: Vec<(&str, Value)>) -> Entries {
     let short = |name: &str| name.split_once('.').map_or(name, |(_, short)| short).to_owned();
     let all: Vec<String> = fields.iter().map(|(name, _)| short(name)).collect();

@@ -84,8 +84,8 @@ fn broken(file: &str, e: impl Display) -> Fail {
     Fail::new(format!("`{file}` cannot be written: {e}"))
 }
 
-/// Converts a field to a picture, or returns `None` unless it is an image of 32-bit depths, m, or of three bytes per
-/// pixel.
+/// Converts a field to a picture, or returns `None` unless it is a non-empty image of 32-bit depths, m, or of three
+/// bytes per pixel.
 fn picture(r: &Reading, [rows, columns, each]: [u32; 3]) -> Option<Picture> {
     let columns = columns as usize;
     if rows == 0 || columns == 0 {

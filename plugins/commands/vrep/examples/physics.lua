@@ -65,7 +65,9 @@ sim.setJointInterval(j, false, {-1, 2})
 sim.setJointPosition(j, 100)
 assert(sim.getJointPosition(j) == 1)
 --- sim.getJointType
-assert(sim.getJointType(sim.createJoint(sim.joint_revolute_subtype, 0, 0)) == sim.joint_revolute_subtype)
+for _, subtype in ipairs{sim.joint_revolute_subtype, sim.joint_prismatic_subtype, sim.joint_spherical_subtype} do
+    assert(sim.getJointType(sim.createJoint(subtype, 0, 0)) == subtype)
+end
 --- sim.getJointMode
 local mode, options = sim.getJointMode(sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_dynamic, 0))
 assert(mode == sim.jointmode_dynamic and options == 0)

@@ -1,9 +1,9 @@
--- `org.conman.cbor`: converts tables and values to CBOR (RFC 8949), and back.
+-- `org.conman.cbor`: converts Lua values, including tables, to CBOR (RFC 8949), and back.
 
 local cbor = {}
 local pack, unpack, type, pairs = string.pack, string.unpack, type, pairs
 
--- Encodes an initial byte with its argument, in the shortest form.
+-- Returns the initial byte of a major type, followed by the argument `n` in its shortest form.
 local function head(major, n)
     if n < 24 then
         return pack('B', major << 5 | n)
@@ -27,7 +27,7 @@ local function half(x)
     if size == 0 or size == math.huge then
         return sign | (size == 0 and 0 or 0x7c00)
     end
-    -- Below 2^-14, numbers are spaced by 2^-24; above, there are 1024 numbers between two powers of 2.
+    -- Below 2^-14, half-precision numbers are spaced by 2^-24; above, there are 1024 of them for each power of 2.
     if size < 2.0 ^ -14 then
         local steps = size * 2.0 ^ 24
         return steps == math.floor(steps) and sign | math.floor(steps) or nil
@@ -105,7 +105,7 @@ local SIZES = { [24] = 'B', [25] = '>I2', [26] = '>I4', [27] = '>I8' }
 
 local decode
 
--- Returns the argument of an initial byte, or nil for an indefinite length.
+-- Returns the argument of an initial byte, or nil for an indefinite length, and the position after it.
 local function argument(text, at, low)
     if low < 24 then
         return low, at
@@ -218,7 +218,7 @@ function decode(text, at, depth)
     return out, after, 'MAP'
 end
 
--- Returns the value, the position after it, and the name of its type.
+-- Decodes the value at a position. Returns the value, the position after it, and the name of its CBOR type.
 function cbor.decode(text, position)
     text = tostring(text)
     if #text == 0 then

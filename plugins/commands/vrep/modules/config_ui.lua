@@ -1,4 +1,5 @@
--- Configuration window of a model. It never opens, so the model always uses its saved configuration.
+-- Substitute for the configuration window of a model. No window opens, so the model always uses its saved
+-- configuration.
 
 local nothing = {}
 nothing.__index = function()

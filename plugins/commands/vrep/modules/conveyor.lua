@@ -53,7 +53,8 @@ function conveyor.init()
     end
 end
 
--- Advances one step towards a target speed or position, with limited acceleration.
+-- Advances the belt by one step towards its target speed or position, with limited acceleration. Returns the distance
+-- that it moved.
 local function advance(dt)
     local accel, vel = conveyor.config.accel, conveyor.target.vel
     if conveyor.target.pos then

@@ -12,7 +12,7 @@ function log(level, text, ...)
     end
 end
 
--- Initial state of an interpreter. A program changes only the object on which it runs.
+-- Initial state of an interpreter. A program changes the state of the instance that runs it, not these defaults.
 GCodeInterpreter = {
     pathResolution = 150, -- points per m
     multiplier = 0.001,   -- m per unit of the program
@@ -28,7 +28,7 @@ end
 
 -- Maximum difference between the radii at both ends of an arc, m.
 local MOST_OFF = 0.0025
--- Length below which moves are ignored, m.
+-- Tolerance, m or rad, below which differences between positions or angles are treated as zero.
 local NOTHING = 1e-9
 
 local AXES = { X = 1, Y = 2, Z = 3, A = 4, B = 5, C = 6 }

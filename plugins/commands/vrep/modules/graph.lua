@@ -1,4 +1,4 @@
--- The script of a graph since V-REP 4.0, which records samples. Views show the curves without help from the script.
+-- The script that graphs have since V-REP 4.0. It records samples; views show the curves without its help.
 
 local graph = {}
 _S = _S or {}

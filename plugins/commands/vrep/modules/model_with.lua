@@ -1,5 +1,5 @@
--- Returns the nearest ancestor of the script that has data under a tag; if there is none, the object to which the
--- script belongs. Used by the other modules.
+-- Returns the nearest object above the script that has custom data under a tag or, if there is none, the object to
+-- which the script belongs. The other modules use this function to find their model.
 
 return function(tag)
     local at, first = sim.getObject('.'), nil

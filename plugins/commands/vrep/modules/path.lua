@@ -1,5 +1,5 @@
--- The script of a path since V-REP 4.2. The path is not recomputed: its points and its shape are used as they are saved
--- in the scene.
+-- The script that paths have since V-REP 4.2. It does not recompute the path: the points and the shape that are saved
+-- in the scene are used.
 
 local path = {}
 _S = _S or {}
@@ -11,7 +11,8 @@ local function model()
     return model_with('PATH')
 end
 
--- Returns the control points: the children that store an index, sorted by this index.
+-- Returns the handles of the control points, which are the child dummies with a data block `ABC_PATHCTRLPT`, sorted by
+-- the index in that block; and the numbers in the data block `PATH`.
 function path.init()
     local points = {}
     for _, h in ipairs(sim.getObjectsInTree(model(), sim.object_dummy_type, 3)) do

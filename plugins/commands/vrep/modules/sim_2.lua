@@ -1,5 +1,5 @@
--- `sim-2`, an API with objects instead of handles. Functions that are not defined here are passed to `sim`, with
--- objects converted to handles.
+-- `sim-2`, an API with objects instead of handles. Calls of functions that are not defined here are forwarded to `sim`,
+-- with objects converted to handles.
 
 local old = sim
 local unpack = table.unpack
@@ -7,7 +7,7 @@ local unpack = table.unpack
 local Object = {}
 local wrap
 
--- Converts an object to its handle; returns any other value unchanged.
+-- Converts objects to their handles, including those in plain tables; returns any other value unchanged.
 local function bare(x)
     if getmetatable(x) == Object then
         return rawget(x, 'handle')
@@ -30,7 +30,7 @@ local function call(f, ...)
     return f(unpack(arguments, 1, arguments.n))
 end
 
--- Converts a list of handles to objects, omitting -1.
+-- Converts a list of handles to objects; a handle of -1 becomes nil.
 local function objects(handles)
     local out = {}
     for i, handle in ipairs(handles) do
@@ -51,7 +51,7 @@ local function group(handle, name)
     })
 end
 
--- The word that stands for an object in names of functions of `sim`, by object type.
+-- By object type, the word in names of functions of `sim`, such as `Joint` in `sim.getJointPosition`.
 local KINDS = {
     [old.object_shape_type] = 'Shape',
     [old.object_joint_type] = 'Joint',
@@ -61,9 +61,9 @@ local KINDS = {
     [old.object_forcesensor_type] = 'ForceSensor',
 }
 
--- Returns a function of `sim` with the object bound as first argument. Names are completed by kind: `getPosition` is
--- getObjectPosition, `setTargetVelocity` of a joint is setJointTargetVelocity, `read` of a sensor is
--- readProximitySensor.
+-- Returns the function of `sim` that a method name stands for, or nil if there is none. The caller must pass the handle
+-- as the first argument. Names are completed by the type of the object: `getPosition` is getObjectPosition,
+-- `setTargetVelocity` of a joint is setJointTargetVelocity, `read` of a sensor is readProximitySensor.
 local function method(name, handle)
     local verb, rest = name:match('^(%l+)(%u.*)$')
     for _, kind in ipairs { KINDS[old.getObjectType(handle)] or 'Object', 'Object' } do
@@ -75,7 +75,7 @@ local function method(name, handle)
     return type(old[name]) == 'function' and old[name] or nil
 end
 
--- The fields of an object in addition to its properties.
+-- Getters of the fields that an object has in addition to its properties.
 local fields = {
     parent = function(self)
         return wrap(old.getObjectParent(self.handle))
@@ -96,7 +96,8 @@ local fields = {
     end,
 }
 
--- `pose` and its parts are in the parent's frame, which the commands of `sim` require as an argument.
+-- Setters of those fields that can be set. The world coordinates are fields because the properties `pose`, `position`
+-- and `quaternion` are in the parent's frame.
 local setters = {
     parent = function(self, above)
         old.setObjectParent(self.handle, above and bare(above) or -1, true)
@@ -141,7 +142,8 @@ local methods = {
     end,
 }
 
--- Returns a field: one of those defined above, a method, or a property.
+-- Returns the value of a key: a method defined above, a group of properties, a property, or a method that calls a
+-- function of `sim`. Raises an error for any other string.
 local function read(self, key, own_methods, own_method)
     if own_methods[key] then
         return own_methods[key]

@@ -1,4 +1,4 @@
--- Helper functions that scripts of 3.4 to 4.6 load by `require 'utils'` or `include('/lua/name.lua')`.
+-- Helper functions that scripts for V-REP 3.4 to 4.6 load by `require 'utils'` or `include('/lua/name.lua')`.
 
 local type, pairs, tostring = type, pairs, tostring
 

@@ -144,7 +144,7 @@ fn files(offer: &mut Offer<Vrep>) {
                     c.ret(handle(w.load(file, 0)?));
                     return Ok(());
                 }
-                // In a run without a scene, a stand-in replaces a missing model of V-REP's installation.
+                // In a run without a scene, a substitute object replaces a missing model of V-REP's installation.
                 let file = String::from_utf8_lossy(file).into_owned();
                 let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
                 let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
@@ -238,7 +238,7 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
         .collect())
 }
 
-/// Scales an object by one factor per axis.
+/// Scales a shape by one factor per axis without changing its mass; objects of other kinds remain unchanged.
 fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     if f.iter().any(|x| *x <= 0.0) {
         return Err(Fail::argument("the scale factors must be greater than 0"));

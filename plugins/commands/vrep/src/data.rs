@@ -35,7 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             };
             match found {
                 Some(data) => c.ret(data.as_slice()),
-                // In a run without a scene, a neutral block stands in for the missing data.
+                // In a run without a scene, a neutral block replaces the missing data.
                 None if c.world().stands_in(0, &format!("data {}", c.text(1)?)) => c.ret(STAND_IN),
                 None => c.ret(Value::Nil),
             }

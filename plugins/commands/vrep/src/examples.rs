@@ -1,5 +1,5 @@
-//! Adds common settings and examples to all commands. The examples are in Lua files in `examples/`, each below a line
-//! `--- sim.name`.
+//! Adds examples to the commands, and declares since which version their flat names raise errors. The examples are in
+//! Lua files in `examples/`, each below a line `--- sim.name`.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ files!(
     "windows",
 );
 
-/// Adds examples and common settings to all commands offered so far.
+/// Adds the examples, and the version since which flat names raise errors, to all commands offered so far.
 pub(crate) fn complete(offer: &mut Offer<Vrep>) {
     let mut examples: BTreeMap<&str, &str> = BTreeMap::new();
     for part in FILES.iter().flat_map(|f| f.split("--- ").skip(1)) {

@@ -93,7 +93,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let (p, seen) = (&c.plugin().p, bits & DETECTABLE);
                 c.world().set(o.id, p.detectable, &Value::Bool(seen != 0))?;
                 if seen != 0 {
-                    // Set the bits of all other wave types, which always detect the object.
+                    // Also set the bits of all other wave types, because sensors with such waves always detect the
+                    // object.
                     c.world().set(o.id, p.detectable_mask, &Value::Int(seen | !DETECTABLE & ALL_WAVES))?;
                 }
             }

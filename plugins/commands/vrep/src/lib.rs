@@ -81,7 +81,7 @@ impl Plugin for Vrep {
         offer.subject("steps", steps::offer);
         offer.subject("remote", remote::offer);
         language::offer(offer);
-        // Stubs must come last, because a stub is added only if its command does not exist yet.
+        // Stubs must come after all other commands, because a stub is added only if its command does not exist yet.
         offer.subject("stubs", stubs::offer);
         examples::complete(offer);
     }

@@ -306,7 +306,8 @@ fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
     Ok(group)
 }
 
-/// Returns the triangles of a shape: vertices in the shape's frame, and zero-based indices.
+/// Returns the triangles of a shape: vertices in the shape's frame, and zero-based indices. Round shapes are
+/// approximated by 32 segments, and compounds by their bounding box.
 pub(crate) fn triangles(c: &Ctx<'_>, shape: tatu_object) -> Result<(Vec<f64>, Vec<i64>)> {
     let (w, p) = (c.world(), &c.plugin().p);
     let form = text_of(c, shape, p.primitive)?;

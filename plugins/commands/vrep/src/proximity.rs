@@ -94,7 +94,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Converts the arguments of `checkEx` to search options.
+/// Converts the arguments of `sim.checkProximitySensorEx` to search options.
 fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<tatu_look> {
     if mode & (FRONT | BACK) == 0 {
         return Err(Fail::argument(format!("argument 3: mode {mode} selects neither front (1) nor back faces (2)")));
@@ -117,8 +117,8 @@ fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<t
     })
 }
 
-// Bits of the mode of `checkEx`. The bit 4, which would allow a search to stop at the first point, is ignored: the
-// nearest point is always found.
+// Bits of the mode of `sim.checkProximitySensorEx`. The bit 4, which would allow a search to stop at the first point,
+// is ignored: the nearest point is always found.
 const FRONT: i64 = 1;
 const BACK: i64 = 2;
 const LIMITED: i64 = 8;
@@ -196,7 +196,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
         _ => f64::INFINITY,
     };
     let mut nearest = Sight::Nothing;
-    // A call by a main script runs the sensing stage, which measures all sensors together.
+    // If a main script handles all sensors that are not explicit, run the sensing stage, which measures them together.
     let stage = c.i64(0)? == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)?;
     if stage {
         c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;

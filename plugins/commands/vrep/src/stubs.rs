@@ -20,7 +20,7 @@ const PROGRAM: &str = "this exists only in V-REP";
 const PICTURES: &str = "images are not changed";
 const SCRIPTS: &str = "only the scene and `tatu.addScript` create scripts";
 
-/// Commands of `sim` that have a flat name: names, return value, return value of a failed call, reason.
+/// Commands of `sim` that have a flat name: the two names, the return value, and the reason why there is no effect.
 const OLD: &[(Names, Gives, &str)] = &[
     (["sim.setUIButtonTexture", "simSetUIButtonTexture"], Int(-1), OLD_UI),
     (["sim.setUIButtonArrayColor", "simSetUIButtonArrayColor"], Int(-1), OLD_UI),
@@ -155,7 +155,7 @@ const OLD: &[(Names, Gives, &str)] = &[
     (["sim.removeIkGroup", "simRemoveIkGroup"], Int(-1), "there is no inverse kinematics"),
 ];
 
-/// Commands of `sim` without a flat name.
+/// Commands of `sim` without a flat name: the name, the return value, and the reason why there is no effect.
 const MODERN: &[(&str, Gives, &str)] = &[
     ("sim.getNamedStringParam", Nothing, "the command line does not pass parameters to scripts"),
     ("sim.getNamedBoolParam", Nothing, "the command line does not pass parameters to scripts"),
@@ -210,7 +210,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     let why = "a service listens, but does not report the state of its connections";
     add(offer, "simRemoteApi.status", Some(("simExtRemoteApiStatus", MINUS)), Int(-1), why);
-    // The ROS interface from before 2016. Without a ROS node, nothing is sent, and topic names are empty.
+    // The ROS interface from before 2016. Without a ROS node, nothing is sent, and no topic names are returned.
     for (name, gives) in [
         ("simExtROS_enablePublisher", Nothing),
         ("simExtROS_enableSubscriber", Nothing),

@@ -85,7 +85,8 @@ fn every_command_tells_what_it_does() {
     }
 }
 
-/// Checks that old names follow the rule `simAbc` -> `sim.abc`, except for those in the API's own table.
+/// Checks that old names follow the rule `simAbc` -> `sim.abc`, except for the listed ones, and for names with endings
+/// such as `Param`, which V-REP has abbreviated.
 #[test]
 fn old_names_follow_the_rule() {
     let irregular = BTreeMap::from([

@@ -21,8 +21,8 @@ use model::few;
 /// Suffixes of the supported file formats, in lower case.
 pub const SUFFIXES: &[&str] = &[".obj", ".stl", ".ply", ".dae", ".gltf", ".glb"];
 
-/// Reads a mesh file. The format is determined from the first bytes or from the suffix of `name`. The error is one
-/// sentence.
+/// Reads a mesh file. The format is determined from the first bytes or from the suffix of `name`; a file that neither
+/// identifies is read as OBJ. The error is one sentence.
 pub fn read(name: &str, bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
     let lower = name.to_lowercase();
     let is = |suffix: &str| lower.ends_with(suffix);

@@ -21,7 +21,8 @@ const MOST_VISITS: usize = 100_000;
 pub struct Model {
     /// The pieces, none of which is empty.
     pub pieces: Vec<Piece>,
-    /// Whether the file specifies that y is up. If false, z is up, or the file does not specify the direction.
+    /// Whether the y axis is up, according to the file or its format. If false, the z axis is up, or the direction is
+    /// unknown.
     pub y_up: bool,
 }
 

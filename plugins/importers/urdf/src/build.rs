@@ -276,8 +276,8 @@ impl<'b> Work<'_, 'b> {
         Ok(())
     }
 
-    /// Returns a sphere that replaces a cylinder coaxial with the joint above, because a cylinder touches the floor
-    /// along a line, which slows the rotation of a robot.
+    /// Returns the sphere that replaces a cylinder coaxial with the joint above, or `None` for other geometries. A
+    /// cylinder touches the floor along a line, which slows the rotation of a robot.
     fn ball(&self, body: &Body, solid: &Solid) -> Option<Solid> {
         let Form::Primitive("cylinder", [d, _, length]) = solid.form else { return None };
         let axis = body.below.inverse() * Vector3::z();
@@ -314,7 +314,7 @@ impl<'b> Work<'_, 'b> {
     }
 }
 
-/// Reports all parts of the file that are not supported.
+/// Reports the joints and elements of the file that are not supported.
 fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
     let warn = |text: String| builder.report(TATU_REPORT_WARNING, None, &text);
     for j in &tree.stiffened {

@@ -138,7 +138,7 @@ fn euler(pose: &Isometry3<f64>) -> [f64; 3] {
     [libm::atan2(-r[(1, 2)], r[(2, 2)]), b, libm::atan2(-r[(0, 1)], r[(0, 0)])]
 }
 
-/// Returns the centre and the size of a mesh's bounding box; no side has length zero.
+/// Returns the centre and the size of a mesh's bounding box; each side is at least 0.1 mm long.
 fn bounds(pieces: &[Piece]) -> (Vector3<f64>, [f64; 3]) {
     let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
     for p in pieces.iter().flat_map(|p| &p.points) {

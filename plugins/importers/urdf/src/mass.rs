@@ -54,7 +54,8 @@ impl Mass {
         Mass { mass, com, inertia: about(self) + about(other) }
     }
 
-    /// Returns whether a rigid body can have this inertia.
+    /// Returns whether the inertia is positive definite, as that of a rigid body is. The triangle inequality of the
+    /// principal moments is not checked.
     pub fn is_possible(&self) -> bool {
         let least = self.inertia.symmetric_eigenvalues().min();
         least.is_finite() && least > 1e-12 * self.inertia.norm()

@@ -129,7 +129,7 @@ impl Outline {
                 None => Fail::argument(format!("the robot cannot be read: {e}")).at("", 1),
             }
         })?;
-        // Lines are assigned to links and joints by their order, so the numbers must agree.
+        // Lines are assigned to links and joints by their order, so their counts must agree.
         if (robot.links.len(), robot.joints.len()) != (self.links.len(), self.joints.len()) {
             return Err(Fail::argument("links and joints must be direct children of <robot>").at("", 1));
         }

@@ -97,8 +97,9 @@ impl<'a> Tree<'a> {
         out
     }
 
-    /// Returns the path of the object `to` relative to `from`, which remains valid when both are copied together, or
-    /// `None` if they have no common ancestor.
+    /// Returns the path of the object `to` relative to `from`, which remains valid when both are copied together. If
+    /// they have no common ancestor, or if `to` is `from` or one of its ancestors, the path is absolute. Returns `None`
+    /// if an object on the path does not exist.
     pub fn path(&self, from: i32, to: i32) -> Option<String> {
         let (ups, downs) = (self.above(from), self.above(to));
         let common = ups.iter().find(|h| **h >= 0 && downs.contains(h));
@@ -126,7 +127,7 @@ pub fn material(file: &File, s: &Shape, dynamic: bool, node: Node<'_>) -> Result
     let new_bullet = file.settings.engine == Some(0) && file.settings.engine_version == 283;
     let friction = match (is_sticky(m) && file.header.program < 30_301, dynamic) {
         // Materials that were sticky by a special feature of the old engine have this friction in current versions of
-        // the original.
+        // CoppeliaSim.
         (true, true) => Some(0.25),
         _ => m.bullet.real(if new_bullet { 2 } else { 1 }),
     };
@@ -151,7 +152,7 @@ fn is_sticky(m: &Material) -> bool {
     m.bullet.int(0).is_some_and(|bits| bits & 1 != 0)
 }
 
-/// Default physics step of the original, s; gains of position control are defined per step.
+/// Default physics step of V-REP, s, with which gains of position control are converted: V-REP defines them per step.
 const USUAL_STEP: f64 = 0.005;
 
 /// Sets the properties of a joint: type, limits, motor, spring, and dependency on another joint.
@@ -186,7 +187,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
         .set("joint.target_position", sound(j.target_position))?
         .set("joint.max_force", sound(j.max_force))?
         .set("joint.control", control)?;
-    // The original applies targets without smoothing.
+    // V-REP applies targets without smoothing.
     node.set("joint.smooth_target", false)?;
     let fastest = j.max_motion.map(|m| m[0]).or(j.old_max_velocity).filter(|x| x.is_finite() && *x > 0.0);
     if let Some(fastest) = fastest {
@@ -196,7 +197,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
         "position" => {
             let step = if file.settings.there { file.settings.physics_step().max(1e-5) } else { USUAL_STEP };
             let [p, i, d] = j.pid.map(sound);
-            // In the original, the velocity is gain times error per physics step; dividing by the step gives 1/s.
+            // In V-REP, the velocity is gain times error per physics step; dividing by the step gives 1/s.
             if p > 0.0 || i > 0.0 {
                 node.set("joint.gains", [p / step, i / step, d / step])?;
             }

@@ -26,7 +26,7 @@ struct Registered<'a> {
     windows: &'a [Window],
 }
 
-/// Returns the handles of all objects to which the registrations refer.
+/// Returns the handles of all objects to which this data refers.
 pub fn meant(file: &File) -> BTreeSet<i32> {
     let items = file.collections.iter().flat_map(|k| &k.items).map(|i| i.object);
     let pairs = file.collisions.iter().chain(&file.distances).flat_map(|p| p.of);

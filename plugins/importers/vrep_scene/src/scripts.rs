@@ -16,7 +16,7 @@ use crate::{
     report::Report,
 };
 
-/// First version whose main scripts make the same calls as those of later versions. The original does not run
+/// First version whose main scripts make the same calls as those of later versions. V-REP itself does not run
 /// customized main scripts of earlier versions either.
 const MAIN_SCRIPTS_SINCE: u32 = 30_103;
 /// Bit of a model's overrides that disables its scripts.

@@ -12,7 +12,8 @@ use crate::{
     targets,
 };
 
-/// Clamps a length or angle to a range; fields that a kind does not use may contain garbage.
+/// Clamps a length or angle to a range. A non-finite number becomes `low`, because fields that a kind does not use may
+/// contain garbage.
 fn sound(x: f64, low: f64, high: f64) -> f64 {
     if x.is_finite() { x.clamp(low, high) } else { low }
 }
@@ -40,8 +41,8 @@ pub fn proximity(
     };
     let start = sound(v.offset, 0.0, FARTHEST);
     let far = sound(v.offset + v.range, start + 1e-6, FARTHEST);
-    // An assumption that was not verified with the original: objects closer than the minimum distance are not detected,
-    // and do not hide others. Otherwise, a robot's own shell would block the sonars inside it.
+    // An assumption that was not verified with V-REP: objects closer than the minimum distance are not detected, and do
+    // not hide others. Otherwise, a robot's own shell would block the sonars inside it.
     let near = v.smallest.map_or(start, |least| start.max(sound(least, 0.0, far - 1e-6)));
     let node = node.device("proximity/1")?.set("volume", volume)?.set("near", near)?.set("range", far)?;
     let size = |x: f64| sound(x, 1e-6, FARTHEST);

@@ -19,6 +19,7 @@ const MOST_REPEATS: usize = 10_000;
 const MOST_BYTES: usize = 64 << 20;
 
 /// One text of a plan: the indices of its entries in the model, and the value of `index` if the entry is repeated.
+/// Without entries, the text contains the tables `[set]`.
 type Run = (Vec<usize>, Option<usize>);
 
 /// The sequence of texts from which a model is built with given parameters.
@@ -68,8 +69,9 @@ impl<'m> Plan<'m> {
         Ok(Plan { model, names, runs: runs.into_iter(), first: true, bytes: 0 })
     }
 
-    /// Returns the next text in the scene format, or `None` after the last one. The first text contains only the base;
-    /// the other entries follow in the order of the file.
+    /// Returns the next text in the scene format, or `None` after the last one. The first text contains the base and
+    /// the settings, which are all tables except `[set]`, `[model]` and the entries. The other entries follow in the
+    /// order of the file, and `[set]` is last.
     pub fn next_text(&mut self) -> Option<Result<String>> {
         let (run, index) = self.runs.next()?;
         let text = self.text(&run, index);
@@ -105,7 +107,8 @@ impl<'m> Plan<'m> {
     }
 }
 
-/// Returns the values of parameters and constants, and the room that remains for the results of expressions.
+/// Returns the values of parameters and constants, and the limit on the size of results, reduced by those computed
+/// here.
 fn named_values(model: &Model, params: &Params<'_>) -> Result<(Names, Room)> {
     let (mut names, room) = (Names::new(), Room::default());
     for (key, computed) in &model.params {

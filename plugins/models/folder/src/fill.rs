@@ -9,9 +9,9 @@ use crate::{
     wrong::{Result, Wrong},
 };
 
-/// Returns the source text of a document with only the ranges in `kept`; all other lines become empty. Expressions in
-/// these ranges are replaced with their results. `dropped` contains the ranges of keys that only this plugin reads;
-/// they are removed.
+/// Returns the source text of a document reduced to the ranges in `kept`, which must be in ascending order. Lines
+/// before and between them become empty, which preserves line numbers. Expressions in these ranges are replaced with
+/// their results. `dropped` contains the ranges of keys that only this plugin reads; they are removed.
 pub fn filled(
     doc: &Document<String>,
     kept: &[Range<usize>],

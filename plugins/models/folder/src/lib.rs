@@ -50,7 +50,7 @@ impl ModelReader for Texts {
     fn build(model: &Model, builder: &Builder<'_>, params: &Params<'_>) -> Result {
         let refused = |wrong: wrong::Wrong| wrong.in_text("", &model.text);
         let mut plan = Plan::new(model, params).map_err(refused)?;
-        // The first piece of scene text contains only the base; all other objects are attached to it.
+        // The base is the only object in the first piece of scene text; all other objects are attached to it.
         let mut is_base = true;
         while let Some(text) = plan.next_text() {
             builder.scene((!is_base).then(|| builder.base()), "", &text.map_err(refused)?)?;

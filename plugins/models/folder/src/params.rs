@@ -44,7 +44,7 @@ struct Declared {
     kind: String,
     count: u32,
     choices: Vec<String>,
-    /// The declaration as passed to the host, if the parameter has a range.
+    /// The declared parameter, if it has a range, which `Param::fill` checks.
     ranged: Option<Param>,
 }
 

@@ -28,9 +28,9 @@ pub struct Entry {
     pub condition: Option<(Value, Range<usize>)>,
     /// The value of `repeat`, the number of repetitions, and the range of the value in the text.
     pub repeat: Option<(Value, Range<usize>)>,
-    /// Ranges of keys and values that only this plugin reads.
+    /// Ranges of the keys `if` and `repeat` with their values, which only this plugin reads.
     pub own: Vec<Range<usize>>,
-    /// Byte offset of its header.
+    /// Byte offset of the entry's header.
     pub start: usize,
     /// Whether the entry places a model or import, whose objects are not in this file.
     pub opaque: bool,
@@ -72,7 +72,7 @@ pub fn divide(doc: &Document<String>) -> Result<(Vec<Section>, Vec<Entry>)> {
 
 /// Collects the offsets of the headers of a table and of the tables within it.
 fn headers<'d>(table: &'d Table, of: (&'d str, Option<usize>), out: &mut Vec<(usize, &'d str, Option<usize>)>) {
-    // Tables without a header of their own start no section.
+    // Implicit and dotted tables have no header, so they do not start a section.
     if !table.is_implicit() && !table.is_dotted() {
         out.extend(table.span().map(|span| (span.start, of.0, of.1)));
     }

@@ -27,7 +27,8 @@ pub fn only(table: &dyn TableLike, known: &[&str], what: &str) -> Result {
     }
 }
 
-/// Returns the string of a key, or an empty string if the key is missing.
+/// Returns the string of a key, or an empty string if the key is missing. Returns an error if the value is not a
+/// string.
 pub fn optional(table: &dyn TableLike, key: &str) -> Result<String> {
     let Some(item) = table.get(key) else { return Ok(String::new()) };
     let text = item.as_str().map(str::to_owned);
@@ -71,7 +72,7 @@ pub fn each<'t>(table: Option<&'t dyn TableLike>, what: &str) -> Result<Vec<Name
     table.iter().map(entry).collect()
 }
 
-/// Returns an error if expressions cannot refer to a name.
+/// Returns an error if a name cannot be used in expressions.
 pub fn is_name(name: &str) -> Result {
     let fits = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if name.starts_with(|c: char| c.is_ascii_digit()) || !name.chars().all(fits) || name.is_empty() {

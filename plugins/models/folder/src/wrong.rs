@@ -33,7 +33,8 @@ impl Wrong {
         self.span = self.span.or(span);
         self
     }
-    /// Adds the hint "did you mean ...?" or, if no known name is similar, the list of known names.
+    /// Adds the hint "did you mean ...?" or, if no known name is similar, the list of known names. Adds no hint if
+    /// `known` is empty.
     pub fn known<'a>(self, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         let known: Vec<&str> = known.into_iter().collect();
         let distance = |k: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase());
@@ -44,7 +45,8 @@ impl Wrong {
             None => self.help(format!("the known names are {}", known.join(", "))),
         }
     }
-    /// Converts the error for the host. Its line is computed from the range in `text`; `name` is the name of the file.
+    /// Converts the error for the host. The line is that of the range in `text`, or 0 if the error has no range; `name`
+    /// is the name of the file.
     pub fn in_text(self, name: &str, text: &str) -> Fail {
         let line = self.span.map_or(0, |s| 1 + text.bytes().take(s.start).filter(|b| *b == b'\n').count());
         let fail = Fail::new(self.text).at(name, line as u64);

@@ -14,7 +14,7 @@ use tatu_plugin_api::{
 /// Maximum steering angle, rad. It is less than 90 degrees because a steered robot cannot turn on the spot.
 const STEEPEST: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
-/// A driven joint, and the sign of its rotation when the robot drives forward.
+/// A driven or steering joint, and the factor, 1 or -1, that makes forward rotation or steering to the left positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Wheel {
     joint: tatu_object,
@@ -33,7 +33,7 @@ enum Form {
     Omni(Vec<[f64; 3]>),
 }
 
-/// The wheels of a robot.
+/// The drive of a robot: its type, its joints and its dimensions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drivetrain {
     form: Form,
@@ -121,8 +121,8 @@ impl Drivetrain {
         Ok(Some(Drivetrain { form, driven, steering, radius, track, axle: number("axle") }))
     }
 
-    /// Sets the targets of the joints for a velocity, as closely as the drive permits: a differential drive cannot move
-    /// sideways, and a steered drive cannot turn on the spot.
+    /// Sets the targets of the joints for a velocity, as closely as the drive permits: differential and steered drives
+    /// cannot move sideways, and a steered drive cannot turn on the spot.
     pub fn drive(&self, world: &World<'_>, p: &Props, twist: [f64; 3]) -> Result {
         let angles = self.angles(twist);
         for (wheel, angle) in self.steering.iter().zip(&angles) {
@@ -165,7 +165,7 @@ impl Drivetrain {
     fn curvature(&self, wheelbase: f64, steered: &[f64]) -> f64 {
         let of = |(i, angle): (usize, &f64)| {
             let t = libm::tan(*angle);
-            // Both wheels of a pair move about the same point, at different distances.
+            // The two wheels of a steered pair turn about the same centre, at different distances.
             let side = if steered.len() == 1 { 0.0 } else { self.side(i) };
             t / (wheelbase + side * t)
         };

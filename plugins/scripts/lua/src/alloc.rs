@@ -50,7 +50,7 @@ pub(crate) struct Slot {
     limit: Cell<usize>,
     /// Whether the system refused memory before the limit was reached.
     refused: Cell<bool>,
-    /// Called when an allocation would exceed the memory limit.
+    /// Called when an allocation fails, because it would exceed the memory limit or because the system refuses memory.
     pub full: Cell<Option<Listener>>,
     free: [Cell<*mut u8>; CLASSES],
     /// Whether the free lists may be unsorted, or there may be free blocks at the end.
@@ -113,7 +113,7 @@ impl Slot {
     fn offset(&self, block: *const u8) -> usize {
         block.addr() - self.base().addr()
     }
-    /// Sets the memory limit; 0 sets it to the size of the slot.
+    /// Sets the memory limit; 0, and larger values than the size of the slot, set it to the size of the slot.
     pub(crate) fn set_limit(&self, bytes: u64) {
         let bytes = usize::try_from(bytes).unwrap_or(SLOT_BYTES);
         self.limit.set(match bytes {

@@ -1,4 +1,4 @@
-//! Dialects: the version of the original program for which a script was written.
+//! Dialects: the version of V-REP or CoppeliaSim for which a script was written.
 
 use tatu_plugin_api::safe::*;
 

@@ -1,7 +1,7 @@
 //! Lua 5.4 as a script language, with a layer for scripts written for Lua 5.1.
 //!
-//! Each script has its own Lua state. It is accessed through Lua's C interface, so a command call does not allocate
-//! memory.
+//! Each script has its own Lua state. It is accessed through Lua's C interface, so a command call with numbers and
+//! strings as arguments does not allocate memory.
 //! Start reading with `state` (data of a script) and `run` (calls from the host); `README.md` describes the environment
 //! of scripts.
 //!

@@ -80,7 +80,7 @@ void tatu_lua_charge(lua_State *L, unsigned long long units) {
       g->tatu_used += units;
       return;
     }
-    g->tatu_used = g->tatu_limit; /* what is not done is not counted */
+    g->tatu_used = g->tatu_limit; /* the refused work is not charged */
   }
   tatu_lua_spent(L);
 }

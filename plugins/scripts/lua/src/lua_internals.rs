@@ -158,7 +158,7 @@ pub(crate) struct Meter {
 pub(crate) const INSTRUCTION: u64 = 64;
 pub(crate) const BYTE: u64 = 16;
 
-/// Returns the meter of a state, or null if the check fails.
+/// Returns the meter of a state, or null if Lua was compiled with a memory layout other than that of [`Meter`].
 ///
 /// # Safety
 /// `l` must belong to a live state, which outlives the meter.
@@ -240,7 +240,7 @@ pub(crate) enum Key<'a> {
 pub(crate) struct RawTable(*const c_void);
 
 impl RawTable {
-    /// There must be a table at `idx`, and it must outlive the result.
+    /// Returns access to the table at `idx`, which must outlive the result.
     pub(crate) unsafe fn of(l: *mut lua_State, idx: i32) -> Self {
         RawTable(lua_topointer(l, idx))
     }

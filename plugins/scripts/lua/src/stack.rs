@@ -14,7 +14,7 @@ pub(crate) mod reg {
     pub const WAITS: i64 = 13;
     /// Results of finished waits: token -> packed results.
     pub const DONE: i64 = 14;
-    /// Numbers that scripts are shown instead of addresses: object -> number.
+    /// Numbers that `tostring` returns in place of addresses: object -> number.
     pub const NUMBERS: i64 = 15;
     /// Namespace tables: prefix -> table ("" for the globals).
     pub const SCOPES: i64 = 16;

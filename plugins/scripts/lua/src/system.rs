@@ -1,7 +1,7 @@
 //! Virtual memory of the operating system.
 
-/// Reserves address space, which does not use memory until it is committed. Returns null if the system does not support
-/// or refuses the reservation.
+/// Reserves address space, which does not use memory until it is committed. Returns null if the system refuses the
+/// reservation, or does not support reservations.
 #[cfg(unix)]
 pub(crate) fn reserve(bytes: usize) -> *mut u8 {
     reserve_near(std::ptr::null_mut(), bytes)

@@ -8,8 +8,8 @@ use crate::{
     state,
 };
 
-/// Pushes the text of a value. Tables, functions and other objects are numbered in the order in which they are first
-/// shown.
+/// Pushes the text of a value. The text of a table, function or other object contains a number instead of its address;
+/// objects are numbered in the order in which they are first converted.
 ///
 /// # Safety
 /// May raise a Lua error, and may call `__tostring`.

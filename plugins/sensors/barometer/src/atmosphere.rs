@@ -6,7 +6,7 @@
 //!
 //! p = p0 (1 - L h / T0)^(g0 / (R L))    and    p = p1 exp(-g0 (h - h1) / (R T1)),
 //!
-//! where h is the geopotential altitude, r z / (r + z) of the altitude z.
+//! where h = r z / (r + z) is the geopotential altitude at the geometric altitude z, and r is the radius of the Earth.
 
 /// Pressure at sea level, Pa.
 pub const SEA_LEVEL: f64 = 101_325.0;
@@ -16,7 +16,7 @@ const T0: f64 = 288.15;
 const LAPSE: f64 = 0.0065;
 /// Standard gravity, m/s^2.
 const G0: f64 = 9.806_65;
-/// Gas constant of air: 8.31432 J/(mol K) over 0.0289644 kg/mol.
+/// Specific gas constant of air, J/(kg K): 8.31432 J/(mol K) over 0.0289644 kg/mol.
 const R: f64 = 8.314_32 / 0.028_964_4;
 /// Radius of the Earth in the definition of geopotential altitude, m.
 const RADIUS: f64 = 6_356_766.0;
@@ -35,7 +35,8 @@ fn at_tropopause() -> f64 {
     libm::pow(T1 / T0, EXPONENT)
 }
 
-/// Returns the ratio of the pressure at an altitude, m, to that at sea level. Above 20 km, the layer below is extended.
+/// Returns the ratio of the pressure at an altitude, m, to that at sea level. The altitude is clamped to `LOWEST` and
+/// `HIGHEST`; above 20 km, the formula of the layer below is used.
 pub fn share(altitude: f64) -> f64 {
     let z = altitude.clamp(LOWEST, HIGHEST);
     let h = RADIUS * z / (RADIUS + z);

@@ -1,6 +1,7 @@
 //! Barometers.
 //!
-//! `barometer` is the sensor; `atmosphere` relates pressure and altitude; `presets` contains models of devices.
+//! `barometer` is the sensor; `atmosphere` relates pressure and altitude; `presets` contains the settings of real
+//! devices.
 
 pub mod atmosphere;
 mod barometer;

@@ -1,4 +1,4 @@
-//! Presets of commercial barometers. Near sea level, 12 Pa correspond to 1 m.
+//! Presets of commercial barometers. Near sea level, a difference of 12 Pa corresponds to 1 m.
 
 use tatu_plugin_api::safe::Preset;
 

@@ -32,7 +32,8 @@ impl Cells {
     }
 
     /// Returns the output at a charge from 0 to 1. The loads draw the constant current `idle`, A, and the power
-    /// `power`, W. If the battery cannot deliver the power, it delivers the maximum available power.
+    /// `power`, W. If the battery cannot deliver the power, it delivers the maximum available power; an empty battery
+    /// delivers nothing.
     pub fn deliver(&self, charge: f64, idle: f64, power: f64) -> Output {
         if charge <= 0.0 {
             return Output { voltage: 0.0, current: 0.0 };
@@ -49,7 +50,7 @@ impl Cells {
         Output { voltage: open - self.resistance * current, current }
     }
 
-    /// Returns the charge after a current, A, has flowed for a time, s.
+    /// Returns the charge, 0 to 1, after a current, A, has flowed for a time, s.
     pub fn drained(&self, charge: f64, current: f64, time: f64) -> f64 {
         (charge - current * time / self.capacity).clamp(0.0, 1.0)
     }

@@ -1,6 +1,6 @@
-//! Batteries that a joint and a constant load drain.
+//! Batteries, drained by the motor of a joint and by a constant load.
 //!
-//! `battery` is the sensor; `cells` computes voltage and current; `presets` contains models of devices.
+//! `battery` is the sensor; `cells` computes voltage and current; `presets` contains the settings of real devices.
 
 mod battery;
 mod cells;

@@ -37,7 +37,7 @@ fields! {
 /// Dip, rad, of the field of a dipole along the Earth's axis at 48 degrees of latitude: tan dip = 2 tan latitude
 /// (Wikipedia, "Dipole model of Earth's magnetic field").
 const DIP: f64 = 1.147_774;
-/// Strength of this field, T: 31.2 uT sqrt(1 + 3 sin^2 latitude).
+/// Strength of the dipole's field at the same latitude, T: 31.2 uT sqrt(1 + 3 sin^2 latitude).
 const STRENGTH: f64 = 5.085e-5;
 
 impl Compass {

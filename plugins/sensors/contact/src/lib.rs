@@ -1,6 +1,6 @@
 //! Contact sensors: bumpers and feet.
 //!
-//! `contact` is the sensor; `presets` contains models of devices.
+//! `contact` is the sensor; `presets` contains the settings of real devices.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values of tests need not be reproducible"))]
 

@@ -26,7 +26,7 @@ pub struct Optics {
     pub lateral_sigma: f64,
 }
 
-/// The ideal image.
+/// The image of an ideal camera.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame<'a> {
     /// Pixels per row.
@@ -35,7 +35,7 @@ pub struct Frame<'a> {
     pub focal: f64,
     /// Depths, m; infinity if there is no surface.
     pub depth: &'a [f32],
-    /// Cosines of the angle between line of sight and surface normal.
+    /// Cosines of the angle between line of sight and surface normal; empty if the host did not compute them.
     pub cosine: &'a [f32],
 }
 
@@ -51,8 +51,8 @@ pub trait Draw {
 /// discontinuity between them. On a plane, the fraction is tan(incidence) / focal length: 1 % at 80 degrees and 571
 /// pixels.
 const JUMP: f32 = 0.03;
-/// Minimum difference of disparity, pixels, by which a surface that blocks the projector's light is nearer than a pixel
-/// in its shadow.
+/// Difference of disparity, pixels, that separates a shadow from a slanted surface: a pixel is in shadow if the surface
+/// that blocks the projector's light is nearer by more than this.
 const SHADOW: f64 = 1.0;
 
 impl Optics {
@@ -121,12 +121,13 @@ impl Frame<'_> {
     fn around(&self, i: usize, far: isize) -> [f32; 4] {
         [[far, 0], [-far, 0], [0, far], [0, -far]].map(|by| self.depth[self.beside(i, by)])
     }
-    /// Returns whether there is a discontinuity within this many pixels, in any of four directions.
+    /// Returns whether there is a discontinuity between a pixel and any pixel up to `within` pixels away, in any of
+    /// four directions.
     fn has_jump(&self, i: usize, within: isize) -> bool {
         let z = self.depth[i];
         (1..=within).any(|far| self.around(i, far).into_iter().any(|n| is_jump(z, n)))
     }
-    /// Returns the depth on the other side of a discontinuity beside a pixel.
+    /// Returns the depth on the other side of a discontinuity beside a pixel, or `None` if there is no discontinuity.
     fn beyond(&self, i: usize) -> Option<f32> {
         let z = self.depth[i];
         self.around(i, 1).into_iter().find(|n| is_jump(z, *n))

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A source that always returns the same number.
+/// A source of random numbers that always returns the same number.
 struct Fixed(f64);
 impl Draw for Fixed {
     fn uniform(&self, _: u64, out: &mut [f64]) {

@@ -269,8 +269,8 @@ mod tests {
         assert!(((horizontal_angle / 2.0).tan() - 0.25).abs() < 1e-12);
     }
 
-    /// With f = 589.37, a pixel 100 columns to the left of the centre and 50 above it is at 0.1697 and 0.0848 m per
-    /// metre of depth.
+    /// With f = 320.5 / tan 28.5 = 590.29, a pixel 100 columns to the left of the centre and 50 rows above it is at
+    /// 0.1694 and 0.0847 m per metre of depth.
     #[test]
     fn points_follow_from_pixels() {
         let s = Settings { columns: 641, rows: 481, ..Settings::default() };

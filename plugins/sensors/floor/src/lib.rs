@@ -1,6 +1,6 @@
 //! Floor sensors: reflectance of several spots below a robot, for line followers.
 //!
-//! `floor` is the sensor; `spots` computes its rays; `presets` contains models of devices.
+//! `floor` is the sensor; `spots` computes its rays; `presets` contains the settings of real devices.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values of tests need not be reproducible"))]
 

@@ -14,7 +14,7 @@ pub struct Transducers;
 /// The configuration of a force and torque sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ForceTorque {
-    /// The force sensor object whose load is measured; 0: the nearest one above.
+    /// The force sensor object whose load is measured; 0: the nearest one above the sensor.
     force_sensor: tatu_object,
 }
 

@@ -1,6 +1,6 @@
 //! Force and torque sensors, as in the wrists of arms.
 //!
-//! `force_torque` is the sensor; `presets` contains models of devices.
+//! `force_torque` is the sensor; `presets` contains the settings of real devices.
 
 mod force_torque;
 mod presets;

@@ -124,7 +124,8 @@ impl Sensor for Gps {
         Ok(())
     }
 
-    /// Computes the position on Earth from the noisy position.
+    /// Computes the position on Earth from the noisy position, or clears all fields if the noise model has removed the
+    /// fix.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         if out.slice(Self::VALID)[0] == 0 {
             for field in [Self::POSITION, Self::VELOCITY, Self::LATITUDE, Self::LONGITUDE, Self::ALTITUDE] {

@@ -1,7 +1,7 @@
 //! Satellite receivers (GPS): position and velocity of an antenna, in the world frame and on Earth.
 //!
 //! `gps` is the sensor; `earth` converts the world's coordinates to latitude, longitude and height; `presets` contains
-//! models of devices.
+//! the settings of real devices.
 
 pub mod earth;
 mod gps;

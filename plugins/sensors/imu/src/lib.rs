@@ -1,6 +1,6 @@
 //! Inertial measurement units: accelerometer, gyroscope and attitude.
 //!
-//! `imu` is the sensor; `presets` contains models of devices.
+//! `imu` is the sensor; `presets` contains the settings of real devices.
 
 mod imu;
 mod presets;

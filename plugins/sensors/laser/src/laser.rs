@@ -43,7 +43,8 @@ impl Laser {
         Laser { directions: angles.iter().copied().map(direction).collect(), angles, settings }
     }
 
-    /// Returns the measurement of a surface at `distance` with the given unit normal and colour.
+    /// Returns the measurement of a surface at `distance` with the given unit normal and colour, or [`Echo::NONE`] if
+    /// the distance is infinite or less than `min_range`.
     ///
     /// The intensity follows the lidar equation for a matt (Lambertian) surface that is larger than the spot: it is
     /// proportional to reflectivity, the cosine of the incidence and 1/r². Reflectivity is the mean of red, green and

@@ -17,8 +17,8 @@ pub struct Proximities;
 #[derive(Debug, Clone, PartialEq)]
 #[repr(C)]
 pub struct Proximity {
-    // Every measurement uses the first two fields. `repr(C)` keeps them first, next to the data with which the host
-    // fills batches.
+    // Every measurement uses the first two fields. `repr(C)` keeps them first, so that they share a cache line with
+    // what the plugin API stores before the sensor.
     min_range: f64,
     /// Number of beams that must hit a surface for a detection.
     needed: usize,

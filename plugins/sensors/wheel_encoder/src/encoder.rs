@@ -154,7 +154,7 @@ mod tests {
             let (counted, ..) = encoder.turn(&mut state, (0.1 * f64::from(i), wrapped(angle), 50.0));
             assert_eq!(counted, (angle * 100.0 / TAU).floor(), "{i}");
         }
-        // The wheel turns backwards, and the velocity has an error of a third.
+        // The wheel turns backwards, and the velocity has an error of 30 %.
         for i in 1..=20 {
             let angle = 100.0 - 5.0 * f64::from(i);
             let (counted, ..) = encoder.turn(&mut state, (2.0 + 0.1 * f64::from(i), wrapped(angle), -35.0));

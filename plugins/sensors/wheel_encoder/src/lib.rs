@@ -1,6 +1,6 @@
 //! Incremental encoders: ticks of a joint.
 //!
-//! `encoder` is the sensor; `presets` contains models of devices.
+//! `encoder` is the sensor; `presets` contains the settings of real devices.
 
 mod encoder;
 mod presets;

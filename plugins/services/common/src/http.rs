@@ -79,7 +79,7 @@ impl Request {
     }
 }
 
-/// Writes a response with the given status, such as "200 OK", and tells the client that the connection will be closed.
+/// Writes a response with the given status, such as "200 OK". Its header announces that the connection will be closed.
 pub fn answer(stream: &mut TcpStream, status: &str, headers: &[(&str, &str)], body: &[u8]) -> io::Result<()> {
     let mut head = format!("HTTP/1.1 {status}\r\nContent-Length: {}\r\nConnection: close\r\n", body.len());
     for (name, value) in headers {

@@ -1,4 +1,5 @@
-//! Converts values to human-readable JSON and back: numbers become numbers, and tables become arrays or objects.
+//! Converts values to JSON and back. A value that JSON cannot represent directly, such as bytes or an infinite number,
+//! becomes an object with a single reserved key.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Map, Number, Value as Json, json};
@@ -7,7 +8,7 @@ use tatu_plugin_api::safe::{Fail, Result, Value};
 /// Keys that, as the only key of a JSON object, mark a value that JSON cannot represent directly.
 const RESERVED: [&str; 4] = ["bytes", "number", "object", "pairs"];
 
-/// Converts a value to JSON.
+/// Converts a value to JSON. Functions become the string `<function>`.
 pub fn write(value: &Value) -> Json {
     match value {
         Value::Nil => Json::Null,
@@ -34,7 +35,8 @@ fn float(x: f64) -> Json {
     Number::from_f64(x).map_or_else(|| json!({ "number": x.to_string() }), Json::Number)
 }
 
-/// Converts a table: to a JSON object if all keys are strings, otherwise to a list of pairs.
+/// Converts a table: to a JSON object if all keys are UTF-8 strings and the object does not look like one with a
+/// reserved key, otherwise to a list of pairs.
 fn map(entries: &[(Value, Value)]) -> Json {
     let mut out = Map::new();
     for (key, value) in entries {
@@ -50,7 +52,7 @@ fn pairs(entries: &[(Value, Value)]) -> Json {
     json!({ "pairs": entries.iter().map(|(k, v)| json!([write(k), write(v)])).collect::<Json>() })
 }
 
-/// Converts JSON to a value.
+/// Converts JSON to a value. Fails if the content of an object with a reserved key is invalid.
 pub fn read(json: &Json) -> Result<Value> {
     Ok(match json {
         Json::Null => Value::Nil,
@@ -68,7 +70,8 @@ pub fn read(json: &Json) -> Result<Value> {
     })
 }
 
-/// Converts a JSON array: to an array of integers or floats if all elements are numbers, otherwise to a list.
+/// Converts a JSON array: to an array of integers or floats if it is not empty and all elements are numbers, otherwise
+/// to a list.
 fn array(items: &[Json]) -> Result<Value> {
     let values = items.iter().map(read).collect::<Result<Vec<_>>>()?;
     let ints = values.iter().map(|v| if let Value::Int(i) = v { Some(*i) } else { None });

@@ -58,7 +58,7 @@ pub enum Rights {
 /// The response for a path: content type, content, and additional headers.
 pub type Page = (&'static str, Vec<u8>, Vec<(&'static str, String)>);
 
-/// Settings of a listener.
+/// Settings with which a listener is opened.
 pub struct Settings {
     /// Id of the service, which any client can query.
     pub service: &'static str,
@@ -83,7 +83,7 @@ pub struct Settings {
 pub struct Client {
     /// Number of the client in order of connection, from 1.
     pub number: u64,
-    /// The rights that the token of the client grants.
+    /// The rights that the token of the client grants; full rights if no token is required.
     pub role: Rights,
     /// Messages to be sent to the client.
     pub out: Arc<Outbox>,
@@ -104,7 +104,7 @@ impl Client {
 
 /// An open port. Dropping it closes the port and all connections.
 pub struct Listener {
-    /// The address on which it listens.
+    /// The address on which the listener accepts connections.
     pub address: SocketAddr,
     /// The token for full rights.
     pub token: String,
@@ -199,7 +199,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
                     }
                 }
             }
-            // The connection is closed, because there are too many.
+            // The maximum number of connections is reached, so this one is closed.
             Ok(_) => {}
             Err(_) => std::thread::sleep(SLICE),
         }
@@ -277,12 +277,13 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
     talk(stream, role, shared)
 }
 
-/// Compares two strings in a time that does not depend on the position of the first difference.
+/// Compares two strings in a time that does not depend on the position of the first difference, so that the time does
+/// not reveal how much of a guessed token is correct.
 fn same(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |sum, (x, y)| sum | (x ^ y)) == 0
 }
 
-/// Serves a WebSocket until it is closed.
+/// Passes messages between a WebSocket and the queues of its client until the WebSocket is closed.
 fn talk(stream: TcpStream, role: Rights, shared: &Arc<Shared>) -> io::Result<()> {
     stream.set_read_timeout(Some(SLICE))?;
     stream.set_write_timeout(Some(Duration::from_secs(5)))?;

@@ -14,7 +14,7 @@ const MOST: usize = 128 << 20;
 /// A message. Clones share its content, because many clients may receive the same message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Message {
-    /// A text message, JSON.
+    /// A text message, which contains JSON.
     Text(Utf8Bytes),
     /// A binary message.
     Binary(Bytes),
@@ -48,8 +48,8 @@ impl Outbox {
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    /// Queues a message after all others. If the queue becomes too large, discards it and disconnects the client
-    /// instead.
+    /// Queues a message after all others. If the queue becomes too large, discards the queue and marks the client to be
+    /// disconnected instead.
     pub fn send(&self, message: Message) {
         let mut s = self.state();
         s.bytes += message.len();

@@ -18,9 +18,9 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// Timeout of the connection that unblocks the accepting thread.
 const OWN: Duration = Duration::from_secs(5);
 
-/// An open port.
+/// An open port. Dropping it closes the port after pending answers have been written.
 pub struct Port {
-    /// The address on which it listens.
+    /// The address on which the port accepts connections.
     pub address: SocketAddr,
     open: Arc<Open>,
     thread: Option<JoinHandle<()>>,

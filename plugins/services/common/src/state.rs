@@ -1,8 +1,9 @@
 //! Private files of the user that services keep for later runs. They are in `$XDG_STATE_HOME/tatu`, by default
-//! `~/.local/state/tatu`.
+//! `~/.local/state/tatu`, or `%LOCALAPPDATA%\tatu` on Windows.
 //!
-//! The folder and its files are accessible only to the user. A file that is a link, belongs to another user, or can be
-//! accessed by other users is not read, because other users may have written it or may know its contents.
+//! Files that are links are not read. On Unix, the folder and its files are created such that only the user can access
+//! them, and a file that belongs to another user or can be accessed by other users is not read, because other users may
+//! have written it or may know its contents.
 
 use std::{
     env,
@@ -88,7 +89,8 @@ impl State {
     }
 }
 
-/// Returns the path of the folder, given a function that returns environment variables.
+/// Returns the path of the folder, given a function that returns environment variables. Returns `None` if the variables
+/// do not contain an absolute path.
 fn folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     // Relative paths are ignored, because they would depend on the working folder.
     let folder = |name: &str| variable(name).map(PathBuf::from).filter(|p: &PathBuf| Path::is_absolute(p));

@@ -20,13 +20,13 @@ pub fn token() -> io::Result<String> {
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
-/// Creates random tokens.
+/// Creates two random tokens, which are not stored.
 pub(crate) fn new() -> io::Result<Tokens> {
     Ok([token()?, token()?])
 }
 
-/// Returns the tokens stored for a port. If there are none, creates new ones and stores them; if that fails, returns
-/// the error as well.
+/// Returns the tokens stored for a port. If there are none, creates new ones and stores them; if they cannot be stored,
+/// returns the error together with the tokens.
 pub(crate) fn kept(state: io::Result<State>, port: u16) -> io::Result<(Tokens, Option<io::Error>)> {
     let name = format!("port-{port}.tokens");
     let state = match state {

@@ -53,7 +53,7 @@ struct Arrivals {
 pub struct Client {
     /// Number of the client in order of connection, from 1.
     pub number: u64,
-    /// The received lines.
+    /// The received lines that have not been processed.
     lines: Receiver<Message>,
     link: Arc<Link>,
     /// Queues lines for the writer.
@@ -66,7 +66,7 @@ pub struct Client {
 struct Link {
     /// Whether the reader has ended, so that no further lines will be queued.
     ended: AtomicBool,
-    /// Whether the client cannot be sent further data.
+    /// Whether lines can no longer be sent to the client, because sending has failed or too many lines are queued.
     broken: AtomicBool,
     /// Total size of the lines that are queued for the client, bytes.
     unread: AtomicUsize,
@@ -135,11 +135,12 @@ impl Client {
     pub fn ended(&self) -> bool {
         self.link.ended.load(Ordering::Acquire) || self.broken()
     }
-    /// Returns whether the client cannot be sent further data.
+    /// Returns whether lines can no longer be sent to the client, because sending has failed or too many are queued.
     pub fn broken(&self) -> bool {
         self.link.broken.load(Ordering::Acquire)
     }
-    /// Queues a line for the client.
+    /// Queues a line for the client. If too many bytes are already queued, discards the line and marks the client as
+    /// broken.
     pub fn send(&self, line: &Json) {
         let mut bytes = line.to_string().into_bytes();
         bytes.push(b'\n');
@@ -172,8 +173,9 @@ fn write(mut stream: TcpStream, waiting: &Receiver<Vec<u8>>, link: &Link, sessio
     session.wake();
 }
 
-/// Reads and queues lines until the client closes the connection. A client is rejected if its first line is not a
-/// message: a web page can make a browser send data to any port, but only after the head of an HTTP request.
+/// Reads and queues lines until the client closes the connection. A client is rejected if its first line is not a JSON
+/// object. This keeps out web pages, which can make a browser send data to any port, but only after the head of an HTTP
+/// request.
 fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &Session, token: &str) {
     let mut first = true;
     let mut stream = BufReader::with_capacity(64 << 10, stream);
@@ -187,7 +189,8 @@ fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &S
                 if !skip_line(&mut stream) {
                     break;
                 }
-                Message::wrong(Fail::argument(format!("the line is longer than {LINE_LIMIT} bytes")))
+                let fail = Fail::argument(format!("the line is longer than {LINE_LIMIT} bytes"));
+                Message { no_json: true, ..Message::wrong(fail) }
             }
             Ok(_) if line.trim_ascii().is_empty() => continue,
             Ok(_) => Message::parse(line.trim_ascii()),

@@ -13,9 +13,9 @@ use tatu_services_common::json;
 pub enum Ask {
     /// Calls a command.
     Call { name: String, args: Vec<Value> },
-    /// Switches stepping mode on or off.
+    /// Switches stepping mode, in which each step requires the permission of the client, on or off.
     Stepping(bool),
-    /// Permits this number of steps.
+    /// Permits this number of steps. The answer is sent when they are complete.
     Step(u64),
     /// Requests a change of the simulation state: one of the constants `TATU_REQUEST_*`.
     Request(u32),
@@ -43,11 +43,11 @@ pub struct Message {
 /// Maximum number of steps per request.
 const MOST_STEPS: u64 = 1_000_000_000;
 
-/// Keys of requests. A message has exactly one of them, in addition to `id` and `args`.
+/// Keys of requests. A message must have exactly one of them, and may also have `id` and `args`.
 const ASKS: [&str; 8] = ["call", "stepping", "step", "request", "state", "events", "world", "token"];
 
 impl Message {
-    /// Parses a line.
+    /// Parses a line. If it is invalid, the returned message contains the error.
     pub fn parse(line: &[u8]) -> Message {
         let json: Json = match serde_json::from_slice(line) {
             Ok(json) => json,
@@ -60,22 +60,24 @@ impl Message {
     /// Returns the error for a client with this first line, or `None` if the client is accepted. The first line must be
     /// a JSON object and, unless `token` is empty, present this token.
     pub fn refusal(&self, token: &str) -> Option<Message> {
-        let text = match &self.ask {
-            Ok(Ask::Token(said)) if said == token || token.is_empty() => return None,
-            Ok(_) if !token.is_empty() => "this service requires a valid token in the first line",
+        match &self.ask {
+            Ok(Ask::Token(said)) if said == token => None,
             Err(fail) if self.no_json => {
                 let fail =
                     Fail::argument(format!("the first line is invalid ({}), so the connection is closed", fail.text()));
-                return Some(Message::wrong(fail.help("send one JSON object per line; this is not a web server")));
+                Some(Message::wrong(fail.help("send one JSON object per line; this is not a web server")))
             }
-            _ => return None,
-        };
-        let fail = Fail::argument(format!("{text}, so the connection is closed"));
-        let fail =
-            fail.help("send {\"token\": \"...\"} as the first line, with the token that the service was started with");
-        Some(Message { id: self.id.clone(), ask: Err(fail), no_json: false })
+            _ if token.is_empty() => None,
+            // Also for objects that are not valid requests: otherwise, a client could evade the token by sending one.
+            _ => {
+                let text = "this service requires a valid token in the first line, so the connection is closed";
+                let help =
+                    "send {\"token\": \"...\"} as the first line, with the token that the service was started with";
+                Some(Message { id: self.id.clone(), ask: Err(Fail::argument(text).help(help)), no_json: false })
+            }
+        }
     }
-    /// Creates the message for a line with an unknown id that cannot be accepted.
+    /// Creates the message for an invalid line whose `id` is not known.
     pub fn wrong(fail: Fail) -> Message {
         Message { id: Json::Null, ask: Err(fail), no_json: false }
     }
@@ -153,6 +155,21 @@ mod tests {
         assert_eq!(asked(r#"{"id":1,"step":3}"#), Ask::Step(3));
         assert_eq!(asked(r#"{"id":1,"request":"pause"}"#), Ask::Request(TATU_REQUEST_PAUSE));
         assert_eq!(asked(r#"{"id":1,"world":1}"#), Ask::World(1));
+    }
+
+    #[test]
+    fn clients_are_refused_unless_the_first_line_is_the_token() {
+        let refused = |line: &str, token| Message::parse(line.as_bytes()).refusal(token).is_some();
+        let others = ["{}", r#"{"id":1}"#, r#"{"call":"f"}"#, r#"{"kall":"f"}"#, r#"{"token":1}"#, r#"{"token":"b"}"#];
+        for line in others {
+            assert!(refused(line, "a"), "{line}");
+            assert!(!refused(line, ""), "{line}");
+        }
+        assert!(!refused(r#"{"token":"a"}"#, "a"));
+        assert!(refused(r#"{"token":"a","call":"f"}"#, "a"));
+        for line in ["GET / HTTP/1.1", "[]", "3", ""] {
+            assert!(refused(line, "a") && refused(line, ""), "{line}");
+        }
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub struct Jsonl {
     wait_for: i64,
     /// Number of clients that have sent a `stepping` message.
     greeted: Cell<i64>,
-    /// Token for the next command that waits.
+    /// Token for the next command that does not return immediately.
     next_token: Cell<u64>,
 }
 
@@ -45,7 +45,7 @@ struct State {
     clients: Vec<Guest>,
     /// Writing threads of clients that have disconnected.
     threads: Vec<JoinHandle<()>>,
-    /// The number of the client and the id of the line for each command that waits, by token.
+    /// The number of the client and the id of the line for each command that has not returned yet, by token.
     waits: BTreeMap<u64, (u64, Json)>,
     /// The open port, which is closed after all clients.
     listener: Listener,
@@ -123,7 +123,7 @@ impl Service for Jsonl {
             if guest.world >= worlds {
                 guest.world = 0;
             }
-            // Lines that only change the settings of the client are processed in the turn of any world.
+            // `stepping` and `world` messages do not access a world, so they are processed in the turn of any world.
             while guest.world != here && guest.until.is_none() {
                 guest.next = guest.next.take().or_else(|| guest.client.next_line());
                 match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Stepping(_) | Ask::World(_)))) {
@@ -176,7 +176,7 @@ impl Jsonl {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
 
-    /// Processes the lines of a client. Returns whether the client holds the world.
+    /// Processes lines of a client, at most `AT_ONCE`. Returns whether the client holds the world.
     fn serve(
         &self,
         guest: &mut Guest,

@@ -12,7 +12,7 @@ use crate::{
     values::{In, Out, bytes, float, floats, int},
 };
 
-/// Handle that refers to the world in arguments and results.
+/// Handle that the protocol uses if there is no object, as when a proximity sensor detects nothing.
 const WORLD: i64 = -1;
 
 /// Executes the command with number `raw` on the subject `of` with the argument `data`. Returns the data of the answer.
@@ -56,7 +56,7 @@ fn numbers(values: Vec<Value>) -> Result<Vec<u8>> {
     }
     Ok(out.0)
 }
-/// Encodes the first value, a list of handles, as integers that are preceded by their number.
+/// Encodes the first value, a list of handles, as integers that are preceded by their count.
 fn handles(values: Vec<Value>) -> Result<Vec<u8>> {
     let all = floats(values.first())?;
     let mut out = Out::default();
@@ -170,7 +170,8 @@ fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Ve
         0x1026 => get("sim.readCollision").and_then(integer),
         0x1027 => {
             let v = get("sim.readDistance")?;
-            // A distance object has no distance if nothing is in range, or if it is handled explicitly and never was.
+            // A distance object has no distance if nothing is in range, or if it is handled explicitly and has not been
+            // handled yet.
             let distance = v.get(1).filter(|_| int(v.first()).is_ok_and(|found| found != 0));
             let none = || {
                 Fail::missing(format!(
@@ -208,7 +209,7 @@ fn proximity(v: Vec<Value>) -> Result<Vec<u8>> {
     Ok(out.0)
 }
 
-/// Encodes an image: the number of columns, the number of rows, and the bytes.
+/// Encodes a colour, grey or depth image: the number of columns, the number of rows, and the bytes.
 fn sized(v: &[Value]) -> Result<Vec<u8>> {
     let size = floats(v.get(1))?;
     let mut out = Out::default();
@@ -264,7 +265,8 @@ fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
     let v = ask(turn, "sim.getUIEventButton", &[Value::Int(window)])?;
     let values = floats(v.get(1)).unwrap_or_default();
     let mut out = Out::default();
-    // The client library sends a subject of four bytes but expects one of eight bytes in the answer.
+    // The client library sends a subject of four bytes but expects one of eight bytes in the answer, so four bytes are
+    // inserted before the data.
     out.i32(0).i32(int(v.first())?);
     for i in 0..2 {
         out.i32(values.get(i).map_or(0, |x| *x as i64));

@@ -96,14 +96,16 @@ impl Client {
         let data = self.parts.remove(&key).unwrap_or_default();
         Ok(Some(Command { data, ..command }))
     }
-    /// Adds a command to be streamed.
+    /// Starts to stream a command, which is due immediately. Fails if the client already has `MOST_STREAMS` streamed
+    /// commands.
     pub fn stream(&mut self, command: &Command) -> Result {
-        if self.streams.len() >= MOST_STREAMS {
+        let key = (command.raw(), command.of.clone());
+        if self.streams.len() >= MOST_STREAMS && !self.streams.contains_key(&key) {
             return Err(Fail::argument(format!(
                 "too many streamed commands: expected at most {MOST_STREAMS} per client"
             )));
         }
-        self.streams.insert((command.raw(), command.of.clone()), (command.clone(), f64::NEG_INFINITY));
+        self.streams.insert(key, (command.clone(), f64::NEG_INFINITY));
         Ok(())
     }
 }

@@ -1,5 +1,5 @@
-//! Connections of clients. The thread of each connection answers every message with the results that are available, or
-//! with an empty message. Received commands are queued until the barrier.
+//! Connections of clients. The thread of each connection answers every message with the results that are available, of
+//! which there may be none. Received commands are queued until the barrier.
 
 use std::{
     collections::BTreeMap,
@@ -25,7 +25,7 @@ use crate::{
 const MOST_CONNECTIONS: usize = 64;
 /// Maximum total size of the messages of a client that have not been processed, bytes.
 const MOST_UNHEARD: usize = 128 << 20;
-/// Time for which the answer to a message with commands waits for results.
+/// Time for which a connection waits for results before it answers a message with commands.
 const PATIENCE: Duration = Duration::from_millis(20);
 /// Time for which sending to a client may block before the client is disconnected. Clients that send nothing remain
 /// connected.
@@ -82,8 +82,8 @@ impl Outbox {
     pub fn is_empty(&self) -> bool {
         lock(&self.state).answers.is_empty()
     }
-    /// Waits at most `patience` for answers. Removes and returns all of them with their id, or returns `None` if there
-    /// are none.
+    /// Waits at most `patience` for answers. Removes and returns all of them, with the id of the newest message that
+    /// was executed, or returns `None` if there are none.
     fn take(&self, patience: Duration) -> Option<(i32, Vec<Vec<u8>>)> {
         let state = lock(&self.state);
         let (mut state, _) = self

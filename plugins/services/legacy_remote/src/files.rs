@@ -55,7 +55,8 @@ struct Folder {
 }
 
 impl Files {
-    /// Stores a file under a name, and replaces the file that was transferred under this name before.
+    /// Stores a file under a name. The file that was transferred under this name before is removed, unless an input log
+    /// may need it.
     pub fn transfer(&mut self, turn: &Turn<'_>, name: &[u8], bytes: &[u8]) -> Result {
         let name = checked(name)?;
         if bytes.len() > MOST {

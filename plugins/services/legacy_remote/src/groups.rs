@@ -52,7 +52,7 @@ fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
     let of = |name: &str, frame: i64| -> Result<Vec<f64>> {
         floats(ask(turn, name, &[own.clone(), Value::Int(frame)])?.first())
     };
-    // Data with odd numbers is relative to the world, and data with even numbers to the parent.
+    // Poses of data types with odd numbers are relative to the world, and those with even numbers to the parent.
     let frame = if what % 2 == 1 { WORLD } else { PARENT };
     match what {
         0 | 20 => group.texts.push(bytes(get("sim.getObjectName")?.first())?.to_vec()),

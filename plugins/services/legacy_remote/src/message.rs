@@ -24,7 +24,7 @@ pub mod mode {
     pub const ONESHOT_SPLIT: u32 = 3;
     /// The command is sent in parts and executed repeatedly.
     pub const STREAMING_SPLIT: u32 = 4;
-    /// The command is no longer executed repeatedly.
+    /// Ends the repeated execution of the command with this number and subject.
     pub const DISCONTINUE: u32 = 5;
 }
 
@@ -75,7 +75,7 @@ fn u16_at(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
 
-/// Parses a message.
+/// Parses a message into its head and its commands. Fails if a stated size does not match the message.
 pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
     if bytes.len() < HEAD {
         return Err(wrong("the message is shorter than its header of 18 bytes"));

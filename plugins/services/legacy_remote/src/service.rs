@@ -190,8 +190,8 @@ fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, tim
         let (code, of) = (command.code, command.of.clone());
         let done = client.whole(command).and_then(|whole| match whole {
             Some(command) => act(turn, client, files, &command, step).map(Some),
-            // Parts of an incomplete command are answered, too, because the client waits for that before it sends the
-            // next.
+            // Parts of an incomplete command are answered, too, because the client waits for each answer before it
+            // sends the next part.
             None => Ok(Some(Vec::new())),
         });
         if let Err(fail) = &done {

@@ -5,7 +5,7 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Value},
 };
 
-/// Decodes bytes from front to back.
+/// Decodes little-endian values from the front of a byte slice, which is shortened by each read.
 pub struct In<'a>(pub &'a [u8]);
 
 impl<'a> In<'a> {
@@ -67,7 +67,7 @@ impl<'a> In<'a> {
     }
 }
 
-/// Encodes values.
+/// A buffer to which little-endian values are appended.
 #[derive(Default)]
 pub struct Out(pub Vec<u8>);
 
@@ -107,7 +107,7 @@ impl Out {
     }
 }
 
-/// Converts a result of a command to an integer.
+/// Converts a result of a command to an integer. Floats are truncated, and objects become their handles.
 pub fn int(value: Option<&Value>) -> Result<i64> {
     match value {
         Some(Value::Int(i)) => Ok(*i),

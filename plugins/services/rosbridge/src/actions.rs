@@ -41,7 +41,8 @@ fn open(c: &mut Ctx<'_>, role: Role) -> Result {
     open_with(c, role, Ros::Two, callbacks)
 }
 
-/// Sends a goal. If no server offers the action, a thread waits for one.
+/// Sends a goal. If no server offers the action, a calling thread waits for one, and any other caller receives an
+/// error.
 fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
     let nobody = |client: &Endpoint, how: &str| {
         Fail::missing(format!("no script and no client of `rosbridge` offers the action {}{how}", client.name))

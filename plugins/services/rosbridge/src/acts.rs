@@ -22,7 +22,7 @@ use crate::{
 const AT_ONCE: usize = 1000;
 
 impl State {
-    /// Executes the queued messages of all clients, and reports errors to their senders.
+    /// Executes queued messages of all clients, at most `AT_ONCE` of each, and reports errors to their senders.
     pub(crate) fn hear(&mut self, turn: &Turn<'_>, p: &Props) {
         let numbers: Vec<u64> = self.peers.keys().copied().collect();
         for number in numbers {
@@ -110,7 +110,7 @@ impl State {
     }
 
     /// Executes a message published by a client: drives a robot if it is a velocity command, otherwise forwards it to
-    /// other clients and to scripts.
+    /// the clients and scripts that have subscribed to the topic.
     fn published(&mut self, turn: &Turn<'_>, topic: &str, msg: &Json) -> Result {
         let plain = self.kind(topic).unwrap_or_default();
         let value = convert::value(msg, &plain, Ros::One)?;
@@ -150,7 +150,8 @@ impl State {
         }
     }
 
-    /// Forwards service calls of scripts to clients, and the answers to scripts.
+    /// Forwards service calls of scripts to the clients that offer the services, executes calls of this server's own
+    /// services, and passes the answers to the scripts.
     pub(crate) fn asked_by_scripts(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         for (number, service, args) in std::mem::take(&mut self.requests) {
             if !self.relay.call(&self.peers, SCRIPTS, Some(number.to_string()), &service, &args) {
@@ -168,8 +169,8 @@ impl State {
         Ok(())
     }
 
-    /// Sets the velocity of a robot (ahead and left in m/s, angular in rad/s), by a command, which the input log
-    /// records.
+    /// Sets the velocity of a robot (ahead and left in m/s, angular in rad/s) by calling a command, so that the input
+    /// log records it.
     pub(crate) fn drive(&mut self, turn: &Turn<'_>, robot: usize, twist: [f64; 3]) -> Result {
         let Some(robot) = self.scene.robots.get_mut(robot) else { return Ok(()) };
         let stands = twist == [0.0; 3];
@@ -179,7 +180,7 @@ impl State {
         turn.call("tatu.drive", &[handle, x, y, z], 0).map(drop)
     }
 
-    /// Calls a service for a client: that of a client, of a script, or of this server.
+    /// Calls a service for a client. Another client, a script or this server may offer the service.
     fn call(
         &mut self,
         turn: &Turn<'_>,

@@ -10,13 +10,13 @@ use crate::{
 };
 
 // Names of commands that only the service calls.
-/// Passes the names of services and actions that clients offer.
+/// Informs scripts of the services and actions that clients offer.
 pub(crate) const OFFERS: &str = "rosbridge.offers";
-/// Passes a goal of a client.
+/// Passes a goal of a client to the script that offers the action.
 pub(crate) const ASK_GOAL: &str = "rosbridge.goal";
-/// Passes a client's request to cancel a goal.
+/// Passes a client's request to cancel a goal to the script that executes the goal.
 pub(crate) const TAKE_BACK: &str = "rosbridge.cancel";
-/// Passes a client's feedback on a goal of a script, or its result.
+/// Passes a client's feedback on a goal, or its result, to the script that sent the goal.
 pub(crate) const REPORT: &str = "rosbridge.report";
 
 pub(crate) fn offer(offer: &mut Offer<Plugin>) {

@@ -1,5 +1,5 @@
-//! Commands that select whether scripts receive arrays of bytes as tables or as strings, and a command that returns the
-//! named constants of message types.
+//! Commands by which scripts choose to receive arrays of bytes as strings instead of tables, and a command that returns
+//! the named constants of a message type.
 
 use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
 

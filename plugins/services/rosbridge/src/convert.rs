@@ -9,7 +9,7 @@ use tatu_services_common::json;
 
 use crate::types::{self, Base, Field, Many, Ros};
 
-/// A message, ready to be serialized.
+/// A message or a part of one, ready to be serialized.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Node {
     /// A boolean.
@@ -26,7 +26,7 @@ pub enum Node {
     Numbers(Base, Vec<f64>),
     /// Any other array.
     List(Vec<Node>),
-    /// Fields by name.
+    /// A message: the name and value of each field.
     Map(Vec<(String, Node)>),
     /// A message of an unknown type, which is passed on unchanged.
     Plain(Json),
@@ -71,7 +71,7 @@ fn find<'f>(fields: &'f [Field], plain: &str, ros: Ros, name: &str) -> Option<&'
     fields.iter().find(|f| f.name == name || ros.field(plain, &f.name).is_some_and(|n| n == name))
 }
 
-/// Converts the value of a field; `None` gives its default.
+/// Converts the value of a field; `None` results in the default value.
 fn of_field(given: Option<&Value>, field: &Field, ros: Ros) -> Result<Node> {
     let given = given.filter(|v| **v != Value::Nil);
     if field.many == Many::One {
@@ -110,7 +110,7 @@ fn number(node: &Node) -> f64 {
     }
 }
 
-/// Converts a single element; `None` gives its default.
+/// Converts a single element; `None` results in the default value.
 fn one(given: Option<&Value>, base: &Base, ros: Ros) -> Result<Node> {
     let wrong = |what: &str| Err(Fail::argument(format!("expected {what}")));
     Ok(match (base, given) {
@@ -145,7 +145,7 @@ fn one(given: Option<&Value>, base: &Base, ros: Ros) -> Result<Node> {
     })
 }
 
-/// Converts seconds to a time.
+/// Converts a time in seconds to the fields of a ROS time.
 fn time(seconds: f64, ros: Ros) -> Node {
     let whole = seconds.floor();
     let nanos = ((seconds - whole) * 1e9).round() as i64;
@@ -153,7 +153,7 @@ fn time(seconds: f64, ros: Ros) -> Node {
     stamp(whole as i64 + nanos / 1_000_000_000, nanos % 1_000_000_000, ros)
 }
 
-/// Builds a time from seconds and nanoseconds.
+/// Builds a ROS time from seconds and nanoseconds; `ros` determines the names of its fields.
 fn stamp(whole: i64, nanos: i64, ros: Ros) -> Node {
     let [a, b] = if ros == Ros::One { ["secs", "nsecs"] } else { ["sec", "nanosec"] };
     Node::Map(vec![(a.into(), Node::Int(whole)), (b.into(), Node::Int(nanos))])
@@ -239,7 +239,7 @@ pub fn value(json: &Json, plain: &str, ros: Ros) -> Result<Value> {
     Ok(Value::Map(out))
 }
 
-/// Converts the JSON of a field; `None` gives its default.
+/// Converts the JSON of a field; `None` results in the default value.
 fn read_field(given: Option<&Json>, field: &Field, ros: Ros) -> Result<Value> {
     if field.many == Many::One {
         return read_one(given, &field.base, ros);
@@ -266,7 +266,7 @@ fn read_field(given: Option<&Json>, field: &Field, ros: Ros) -> Result<Value> {
     })
 }
 
-/// Converts the JSON of a single element; `None` gives its default.
+/// Converts the JSON of a single element; `None` results in the default value.
 fn read_one(given: Option<&Json>, base: &Base, ros: Ros) -> Result<Value> {
     let given = given.filter(|v| !v.is_null());
     let wrong = |what: &str| Fail::argument(format!("expected {what}"));

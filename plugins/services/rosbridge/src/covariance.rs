@@ -16,7 +16,7 @@ pub fn of(turn: &Turn<'_>, p: &Props, id: tatu_object, field: &str) -> Value {
     Value::Floats(vec![x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z])
 }
 
-/// Returns the variances of the components of a sensor's field.
+/// Returns the variances of the components of a sensor's field; 0 if the scene declares no noise for it.
 pub fn variances(turn: &Turn<'_>, p: &Props, id: tatu_object, field: &str) -> [f64; 3] {
     let noise = turn.get(id, p.noise).ok().and_then(|v| v.as_str()).unwrap_or_default();
     if noise.is_empty() {
@@ -44,16 +44,16 @@ fn declared(noise: &str, field: &str, rate: f64) -> [f64; 3] {
     })
 }
 
-/// Returns the value of a setting for component `i`. The setting is a list with an element per component, or a number
-/// for all components.
+/// Returns the value of a key of a noise declaration for component `i`. The declaration contains a list with an element
+/// per component, or a number for all components.
 fn number(item: &Item, i: usize) -> f64 {
     let one = |v: &toml_edit::Value| v.as_float().or_else(|| v.as_integer().map(|n| n as f64));
     let list = item.as_array().map(|list| list.get(i).and_then(one));
     list.unwrap_or_else(|| item.as_value().and_then(one)).unwrap_or(0.0)
 }
 
-/// Returns the standard deviation of component `i` for the value 0. The setting `sigma` is a number, a polynomial (a
-/// list of coefficients), or a list with a polynomial per component.
+/// Returns the standard deviation of component `i` for the value 0. The key `sigma` of a noise declaration is a number,
+/// a polynomial (a list of coefficients), or a list with a polynomial per component.
 fn sigma(own: &dyn TableLike, i: usize) -> f64 {
     let Some(item) = own.get("sigma") else { return 0.0 };
     match item.as_array() {

@@ -17,12 +17,12 @@ use crate::{
 };
 
 /// Limit of the effort (N or N m), velocity (m/s or rad/s) and position (m) of joints without such a limit, because
-/// URDF requires limits. It is higher than any motor reaches.
+/// URDF requires limits. It is far above the limits of real joints.
 const NO_LIMIT: f64 = 1e6;
 
-/// Returns the description of a robot in URDF. The base and each object below it, except sensors, become a link with a
-/// unique name. The link `base_link` is that of `/tf`, and joints have the same names as in `joint_states`. Meshes are
-/// replaced by their bounding boxes, because clients cannot read files of the program.
+/// Returns the description of a robot in URDF. The base and all objects below it, except sensors and other robots,
+/// become links with unique names. The link `base_link` is that of `/tf`, and joints have the same names as in
+/// `joint_states`. Meshes are replaced by their bounding boxes, because clients cannot read files of the program.
 pub fn urdf(turn: &Turn<'_>, p: &Props, scene: &Scene, robot: &Robot) -> Result<String> {
     let root = format!("{}base_link", robot.prefix);
     let mut children: BTreeMap<tatu_object, Vec<tatu_object>> = BTreeMap::new();
@@ -182,7 +182,8 @@ impl Writer<'_> {
     }
 }
 
-/// Returns the pose and geometry of a part of a shape, or `None` for infinite planes.
+/// Returns the pose and geometry of a part of a shape, or `None` for infinite planes. Capsules become cylinders, and
+/// meshes become their bounding boxes.
 fn geometry(part: ValueRef<'_>) -> Option<(Pose, String)> {
     let numbers = |key: &str| part.get(key).and_then(|v| v.numbers()).unwrap_or_default();
     let mut at: Pose = numbers("pose").first_chunk().copied()?;
@@ -210,7 +211,8 @@ fn geometry(part: ValueRef<'_>) -> Option<(Pose, String)> {
     })
 }
 
-/// Formats a pose as an origin of URDF. `rpy` are rotations about the fixed axes x, y and z, in this order, rad.
+/// Formats a pose as an origin of URDF. `rpy` contains the rotations about the fixed axes x, y and z, in this order,
+/// rad.
 fn origin(at: &Pose) -> String {
     let q = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(at[6], at[3], at[4], at[5]));
     let (roll, pitch, yaw) = q.euler_angles();

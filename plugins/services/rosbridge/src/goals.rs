@@ -65,7 +65,7 @@ pub(crate) enum Stage {
     Canceling,
 }
 
-/// A goal of an action that has not ended yet.
+/// A goal that has no result yet.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Goal {
     /// Number of the goal among all goals of the run, from 1.

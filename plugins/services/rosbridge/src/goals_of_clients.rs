@@ -1,4 +1,5 @@
-//! Handles goals that clients send or execute. This is the part of the service; `goals_of_scripts` is that of scripts.
+//! Handles goals that clients send or execute, on the side of the service; `goals_of_scripts` handles goals on the side
+//! of scripts.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
@@ -65,7 +66,7 @@ impl State {
         self.relay.progress(&self.peers, SCRIPTS, own, status, values, true);
     }
 
-    /// Passes the names of the services and actions that clients offer to scripts if they have changed.
+    /// Informs scripts of the services and actions that clients offer, if these have changed.
     pub(crate) fn tell_offers(&mut self, turn: &Turn<'_>) -> Result {
         let names = |all: &std::collections::BTreeMap<String, (u64, String)>| {
             all.iter().filter(|(_, (server, _))| *server != SCRIPTS).map(|(name, _)| name.clone()).collect()

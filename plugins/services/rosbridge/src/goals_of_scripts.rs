@@ -86,7 +86,7 @@ impl Node {
         of.call(c, HANDLE_ACCEPTED, &[Value::text(id), given]).map(drop)
     }
 
-    /// Sends a goal of a script: directly if a script offers the action, or by the service if a client offers it.
+    /// Sends a goal of a script: directly if a script offers the action, or through the service if a client offers it.
     /// Returns false if the action is not offered.
     pub(crate) fn send_goal(&self, c: &mut Ctx<'_>, handle: i64, client: &Endpoint, json: &Json) -> Result<bool> {
         let asker = Asker::Script(handle);
@@ -112,7 +112,7 @@ impl Node {
             ("json", Value::text(json.to_string())),
         ]);
         c.world().publish_value(GOAL, &payload)?;
-        // In the rosbridge protocol, a client cannot reject a goal.
+        // In the rosbridge protocol, a client cannot reject a goal, so the goal is reported as accepted.
         client.call(c, RESPONSE, &[Value::text(&id), Value::Bool(true)])?;
         Ok(true)
     }

@@ -9,7 +9,7 @@ use crate::{
     types::Ros,
 };
 
-/// Adds the commands.
+/// Adds the commands for images.
 pub(crate) fn images(offer: &mut Offer<Plugin>) {
     let image = |c: &mut Ctx<'_>, ros| {
         let endpoint = Endpoint::new(Role::Publisher, &c.text(0)?, "sensor_msgs/Image", ros, Vec::new())?;

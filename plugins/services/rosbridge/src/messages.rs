@@ -24,7 +24,7 @@ const DIAGONAL_KNOWN: i64 = 2;
 
 /// The data from which messages are built.
 pub struct Source<'a> {
-    /// The world.
+    /// Access to the world.
     pub turn: &'a Turn<'a>,
     /// Interned property keys.
     pub p: &'a Props,
@@ -47,8 +47,8 @@ impl Source<'_> {
         keys([("stamp", Value::Float(time)), ("frame_id", text(frame))])
     }
 
-    /// Returns the number of measurements of the sensor that a topic publishes, or `None` if the topic changes in each
-    /// step.
+    /// Returns a number that changes whenever a topic has a new message, such as the number of measurements of its
+    /// sensor; 0 if the sensor has not measured yet. Returns `None` if the topic has a new message in each step.
     pub fn sequence(&self, what: What) -> Option<u64> {
         let of = |i: usize, prop: Prop| {
             let id = self.scene.sensors.get(i)?.id;
@@ -128,9 +128,9 @@ impl Source<'_> {
         ])
     }
 
-    /// Returns all frames: map > odom > base_link > sensors. The transform from map to odom, both on the floor, is the
-    /// odometry error, as with a localization node. The transform from odom to base_link includes the height and tilt
-    /// of the robot.
+    /// Returns all frames: map > odom > base_link > sensors, without odom for robots that have no drivetrain. The
+    /// transform from map to odom, both on the floor, is the odometry error, as with a localization node. The transform
+    /// from odom to base_link includes the height and tilt of the robot.
     fn frames(&self) -> Result<Vec<Value>> {
         let mut out = Vec::new();
         for robot in &self.scene.robots {
@@ -262,7 +262,7 @@ impl Source<'_> {
         ]))
     }
 
-    /// Returns an image; `pixel` is the number of bytes per pixel.
+    /// Returns a `sensor_msgs/Image`; `pixel` is the number of bytes per pixel.
     fn picture(&self, s: &Sensor, of: &Reading, encoding: &str, pixel: usize, data: Vec<u8>) -> Value {
         let [rows, columns, _] = of.dims();
         keys([
@@ -277,7 +277,7 @@ impl Source<'_> {
 
     fn image(&self, s: &Sensor) -> Result<Value> {
         let rgb = self.turn.reading(s.id, self.p.rgb)?;
-        // ROS images start with the top row.
+        // ROS images start with the top row, those of the simulator with the bottom row.
         let row = rgb.dims()[1] as usize * 3;
         let rows: Vec<&[u8]> = rgb.u8s().chunks(row.max(1)).rev().collect();
         let data = rows.concat();
@@ -339,7 +339,8 @@ impl Source<'_> {
         Ok(self.cloud(s, depth.time(), [rows, columns], data))
     }
 
-    /// Returns the points of a scanner with layers.
+    /// Returns the points of a scanner with layers, in a single row. The coordinates are NaN for beams that hit
+    /// nothing.
     fn layers(&self, s: &Sensor) -> Result<Value> {
         let distance = self.turn.reading(s.id, self.p.scan_distance)?;
         let angle = self.turn.reading(s.id, self.p.scan_angle)?;
@@ -353,7 +354,7 @@ impl Source<'_> {
         Ok(self.cloud(s, distance.time(), [1, distance.f64s().len() as u32], data))
     }
 
-    /// Returns a point cloud; `data` contains x, y and z of each point as 32-bit floats.
+    /// Returns a `sensor_msgs/PointCloud2`; `data` contains x, y and z of each point as 32-bit floats.
     fn cloud(&self, s: &Sensor, time: f64, [rows, columns]: [u32; 2], data: Vec<u8>) -> Value {
         let field = |(i, name): (i64, &str)| {
             keys([

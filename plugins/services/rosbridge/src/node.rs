@@ -109,37 +109,37 @@ pub(crate) struct All {
     pub(crate) open: BTreeMap<i64, Endpoint>,
     /// Parameters that scripts have set.
     pub(crate) params: BTreeMap<String, Json>,
-    /// The last number of a service call or waiting thread.
+    /// The last number that was assigned to a service call or a waiting thread.
     asked: u64,
     /// The handles of the clients that wait for an answer, by the number of the call.
     waiting: BTreeMap<u64, i64>,
     /// Answers to calls, as JSON, and whether the call succeeded, by the number of the call.
     answers: BTreeMap<u64, (String, bool)>,
-    /// Services and actions that clients of the bridge offer.
+    /// Services and actions that clients of `rosbridge` offer.
     pub(crate) offered: Offered,
     /// The goals without a result, by id.
     pub(crate) goals: BTreeMap<String, Goal>,
-    /// Number of goals so far.
+    /// Number of goals in this run so far.
     pub(crate) given: u64,
-    /// Threads that wait for a server to be offered, by number.
+    /// Threads that wait until a service or an action is offered, by number.
     pub(crate) waits: BTreeMap<u64, Wait>,
 }
 
-/// Services and actions that clients of the bridge offer to scripts.
+/// Services and actions that clients of `rosbridge` offer to scripts, by name.
 #[derive(Debug, Default, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Offered {
     pub(crate) services: BTreeSet<String>,
     pub(crate) actions: BTreeSet<String>,
 }
 
-/// A thread that waits until a server is offered.
+/// A thread that waits until a service or an action is offered.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Wait {
     /// The handle of the client that the thread uses.
     pub(crate) handle: i64,
     /// The message that the thread will send, as JSON.
     pub(crate) json: Json,
-    /// Simulation time at which the wait ends, s.
+    /// Simulation time until which the thread waits at most, s.
     pub(crate) until: f64,
 }
 
@@ -170,7 +170,8 @@ impl Node {
         for endpoint in kept.values() {
             tell(world, endpoint, true)?;
         }
-        // The next run must assign the same handles as this one.
+        // The next run must assign the same handles as this one, so the counter continues from the endpoints that
+        // remain.
         let made = kept.keys().next_back().copied().unwrap_or(0);
         let mut all = self.all()?;
         let offered = std::mem::take(&mut all.offered);
@@ -255,7 +256,8 @@ impl Node {
         Ok(Some(convert::node(response, &format!("{}Response", server.kind), server.ros())?.json()))
     }
 
-    /// Publishes a call of a service that is not offered by a script. Returns the number of the call.
+    /// Publishes the event for a call of a service that is not offered by a script, which the service `rosbridge`
+    /// executes. Returns the number of the call.
     pub(crate) fn ask(&self, world: &World<'_>, client: i64, service: &str, request: &Json) -> Result<u64> {
         let number = {
             let mut all = self.all()?;
@@ -291,7 +293,7 @@ impl Node {
         self.all()?.answers.insert(number, (json, good));
         Ok(())
     }
-    /// Returns the handle of the client that made a call, and the answer if it has arrived, which is removed.
+    /// Returns the handle of the client that made a call. If the answer has arrived, removes it and returns it as well.
     pub(crate) fn take(&self, number: u64) -> Result<(i64, Option<(String, bool)>)> {
         let mut all = self.all()?;
         let client = all.waiting.get(&number).copied().unwrap_or(0);

@@ -7,7 +7,7 @@ use crate::{
     scripts::{add, words},
 };
 
-/// Adds the commands.
+/// Adds the commands for parameters.
 pub(crate) fn params(offer: &mut Offer<Plugin>) {
     for kind in ["String", "Int", "Double", "Bool"] {
         add(

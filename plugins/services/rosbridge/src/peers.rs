@@ -28,7 +28,7 @@ pub struct Subscription {
     pub wish: Wish,
     /// The version of ROS that determines the field names and times in messages.
     pub ros: Ros,
-    /// Time of the last message.
+    /// Time at which a message was queued last; `None` if none has been queued.
     last: Option<Instant>,
 }
 
@@ -42,7 +42,7 @@ impl Subscription {
 
 /// The state of a client.
 pub struct Peer {
-    /// The connection.
+    /// The connection of the client, with its queues of messages.
     pub client: Client,
     /// The client's subscriptions, by topic.
     pub listens: BTreeMap<String, Vec<Subscription>>,
@@ -68,7 +68,7 @@ impl Peer {
             sent: 0,
         }
     }
-    /// Queues a message for the client, which is never skipped.
+    /// Queues a message for the client. Unlike messages of topics, it is never skipped.
     pub fn send(&self, message: &Json) {
         self.client.out.send(Message::Text(message.to_string().into()));
     }

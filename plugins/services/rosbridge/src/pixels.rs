@@ -2,8 +2,8 @@
 
 use tatu_plugin_api::safe::{Fail, Result, Value};
 
-/// Returns the data, width and height of an image for scripts. The data are red, green and blue of each pixel, the
-/// bottom row first.
+/// Returns the data, width and height of an image for scripts. The data consist of a red, a green and a blue byte per
+/// pixel, starting with the bottom row.
 pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
     let field = |key: &str| match message {
         Value::Map(entries) => entries.iter().find(|(k, _)| *k == Value::text(key)).map(|(_, v)| v),

@@ -78,11 +78,11 @@ mod tests {
     #[test]
     fn frames_of_sensors_are_turned_to_those_of_ros() {
         let point = |by: &Pose, [x, y, z]: [f64; 3]| then(by, &[x, y, z, 0.0, 0.0, 0.0, 1.0]);
-        // x ahead is the sensor's z, y left its x, z up its y.
+        // The ROS axes x (ahead), y (left) and z (up) are the axes z, x and y of the sensor.
         near(&point(&AHEAD, [1.0, 0.0, 0.0])[..3], &[0.0, 0.0, 1.0]);
         near(&point(&AHEAD, [0.0, 1.0, 0.0])[..3], &[1.0, 0.0, 0.0]);
         near(&point(&AHEAD, [0.0, 0.0, 1.0])[..3], &[0.0, 1.0, 0.0]);
-        // A camera's x points right, its y down.
+        // In the optical frame, x points right and y points down, so both are opposite to those of the sensor.
         near(&point(&OPTICAL, [1.0, 2.0, 3.0])[..3], &[-1.0, -2.0, 3.0]);
     }
 

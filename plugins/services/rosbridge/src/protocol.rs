@@ -40,14 +40,14 @@ pub enum Ask {
     Cancel { id: String },
     /// Reports feedback on a goal, or its result if it has a status.
     Progress { id: String, values: Json, status: Option<i64>, good: bool },
-    /// Sets the level of reports: "none" switches reports of errors off.
+    /// Sets the level of reports: "none" switches reports of errors off, and any other level switches them on.
     Level(String),
 }
 
 /// Options of a subscription.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wish {
-    /// Id of the subscription, by which the client may end it.
+    /// Id of the subscription, by which the client can end it.
     pub id: Option<String>,
     /// Minimum interval between two messages, ms.
     pub throttle_ms: f64,
@@ -120,7 +120,8 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
     Ok((id, ask))
 }
 
-/// Splits a message into fragment messages with at most `bytes` bytes of data, but at least 4.
+/// Splits a message into fragment messages with at most `bytes` bytes of data each. A limit below 4 bytes is raised to
+/// 4, because a character in UTF-8 has up to 4 bytes.
 pub fn fragments(text: &str, bytes: usize, id: &str) -> Vec<String> {
     let mut parts = Vec::new();
     let mut rest = text;
@@ -159,7 +160,8 @@ impl Fragments {
         else {
             return Err(Fail::argument("a fragment must have `num`, `total` and `data`"));
         };
-        self.bytes += data.len();
+        let resent = self.parts.get(&id).and_then(|parts| parts.get(&num)).map_or(0, String::len);
+        self.bytes = self.bytes.saturating_sub(resent) + data.len();
         if self.bytes > MOST_FRAGMENTS {
             *self = Fragments::default();
             return Err(Fail::argument(format!(
@@ -194,6 +196,11 @@ mod tests {
             assert_eq!(done, (i == 0).then(|| whole.clone()));
         }
         assert!(all.take(&json!({ "op": "fragment", "id": "1" })).is_err());
+        // A fragment that is sent again replaces the first one.
+        for _ in 0..3 {
+            let half = json!({ "id": "3", "num": 0, "total": 2, "data": "x".repeat(MOST_FRAGMENTS / 2) });
+            assert_eq!(all.take(&half).unwrap(), None);
+        }
         let big = json!({ "id": "2", "num": 0, "total": 2, "data": "x".repeat(MOST_FRAGMENTS + 1) });
         assert!(all.take(&big).is_err() && all.parts.is_empty());
     }

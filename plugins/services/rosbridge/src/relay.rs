@@ -9,15 +9,15 @@ use crate::{peers::Peer, types::Ros};
 
 /// A pending call or goal.
 struct Waiting {
-    /// Number of the client that sent the call or goal.
+    /// Number of the client that sent the call or goal, or `SCRIPTS`.
     asker: u64,
-    /// The id that this client has assigned to it.
+    /// The id that the sender has assigned to it.
     id: Option<String>,
     /// Name of the service or action.
     of: String,
-    /// Number of the client that executes it.
+    /// Number of the client that executes it, or `SCRIPTS`.
     server: u64,
-    /// Whether the client has requested feedback on the goal.
+    /// Whether the sender has requested feedback on the goal; false for calls.
     feedback: bool,
 }
 
@@ -95,13 +95,13 @@ pub fn answer(id: Option<&str>, service: &str, values: &Json, good: bool) -> Jso
 }
 
 impl Relay {
-    /// Assigns a new id to a call or goal.
+    /// Returns a new id for a call or goal; `what` is its prefix.
     fn number(&mut self, what: &str) -> String {
         self.count += 1;
         format!("{what}:{}", self.count)
     }
 
-    /// Removes an action if it is offered by the client with number `peer`, or by scripts.
+    /// Removes an action if it is offered by the client with number `peer`, or by scripts if `peer` is `SCRIPTS`.
     pub fn withdraw_action(&mut self, action: &str, peer: u64) {
         self.actions.retain(|a, (p, _)| a != action || *p != peer);
     }

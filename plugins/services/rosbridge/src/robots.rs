@@ -51,7 +51,7 @@ impl Odometry {
             && time > *then
         {
             let [dx, dy, turn] = train.motion(&now.turns_since(before, time - then), &now.steered);
-            // The motion along an arc is approximated by that along its chord.
+            // The arc is approximated by a straight line of the same length in the direction of its chord.
             let heading = self.place[2] + turn / 2.0;
             let (s, c) = libm::sincos(heading);
             self.place[0] += c * dx - s * dy;
@@ -99,15 +99,17 @@ pub enum Axes {
 /// The robots and sensors of a scene.
 #[derive(Default)]
 pub struct Scene {
-    /// All objects when the scene was read, which are compared to detect changes.
+    /// The ids of all objects when the scene was read. They are compared with the current ones to detect objects that
+    /// were added or removed.
     pub ids: Vec<tatu_object>,
-    /// The robots.
+    /// The robots, in the order of their base objects in the scene.
     pub robots: Vec<Robot>,
     /// The sensors, including those that do not belong to a robot.
     pub sensors: Vec<Sensor>,
 }
 
-/// Converts a name to one that is valid in ROS: other characters become `_`, and the first character is a letter.
+/// Converts a name to one that is valid in ROS: characters other than ASCII letters and digits become `_`, and `o` is
+/// prepended if the result does not begin with a letter.
 pub fn ros_name(name: &str) -> String {
     let mut out: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !out.starts_with(|c: char| c.is_ascii_alphabetic()) {
@@ -126,8 +128,8 @@ impl Robot {
 }
 
 impl Scene {
-    /// Finds the robots and sensors among the objects `ids`. Robots that exist in `before` keep their odometry and
-    /// command.
+    /// Finds the robots and sensors among the objects `ids`. Robots that exist in `before` with the same drivetrain
+    /// keep their odometry and the expiry time of their velocity command.
     pub fn read(turn: &Turn<'_>, p: &Props, ids: Vec<tatu_object>, before: Scene) -> Result<Scene> {
         let mut scene = Scene { ids, ..Default::default() };
         // Names are aliases, or unique names if several joints and sensors of a robot have the same alias.
@@ -192,7 +194,7 @@ impl Scene {
                 *name = of(*id, p.name)?;
             }
         }
-        // Objects without a drivetrain, joints and sensors are not robots.
+        // Candidates that have neither a drivetrain nor joints nor sensors are not robots.
         let mut places = Vec::new();
         let mut kept = Vec::new();
         for (robot, has) in scene.robots.into_iter().zip(has) {

@@ -12,11 +12,11 @@ use crate::{
 pub(crate) type Cmd = Command<Plugin>;
 
 // Names of commands that only the service calls.
-/// Passes a message of a client.
+/// Passes a message of a client to the scripts that have subscribed to its topic.
 pub(crate) const RECEIVE: &str = "rosbridge.receive";
-/// Passes a client's call of a service.
+/// Passes a client's call of a service to the script that offers the service.
 pub(crate) const SERVE: &str = "rosbridge.serve";
-/// Passes a client's answer to a call of a script.
+/// Passes a client's answer to the script that called a service of the client.
 pub(crate) const ANSWER: &str = "rosbridge.answer";
 
 const HANDLE: &str = "the handle that was returned when it was created";
@@ -106,13 +106,16 @@ pub(crate) fn time(c: &Ctx<'_>, key: &str) -> Result<f64> {
 /// Converts seconds to a table with the fields of a ROS 2 time.
 pub(crate) fn split(seconds: f64) -> Value {
     let (whole, part) = (seconds.floor(), seconds - seconds.floor());
+    // Rounding can yield a whole second.
+    let nanoseconds = (part * 1e9).round() as i64;
     Value::Map(vec![
-        (Value::text("sec"), Value::Int(whole as i64)),
-        (Value::text("nanosec"), Value::Int((part * 1e9).round() as i64)),
+        (Value::text("sec"), Value::Int(whole as i64 + nanoseconds / 1_000_000_000)),
+        (Value::text("nanosec"), Value::Int(nanoseconds % 1_000_000_000)),
     ])
 }
 
-/// Adds a command to both interfaces, under its name in `simROS` and that in `simROS2`. An empty name omits it.
+/// Adds a command to both interfaces, under its name in `simROS` and that in `simROS2`. If a name is empty, the command
+/// is not added to that interface.
 pub(crate) fn add<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     names: [&str; 2],

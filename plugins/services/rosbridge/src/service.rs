@@ -53,7 +53,7 @@ pub(crate) struct State {
     pub(crate) scene: Scene,
     /// Topics that the scene provides, by name.
     pub(crate) topics: BTreeMap<String, Topic>,
-    /// The number of measurements of the sensor when a topic was last published, by topic.
+    /// The result of `Source::sequence` when a topic was last published, by topic.
     pub(crate) told: BTreeMap<String, u64>,
     /// Topics to which scripts have subscribed.
     pub(crate) heard: BTreeSet<String>,
@@ -196,7 +196,8 @@ impl Service for Rosbridge {
                 state.reported(&text("id"), status, serde_json::from_str(&text("json")).unwrap_or_default());
             }
             _ => {
-                // The simulation was started or stopped. Odometry is relative to the start of the run.
+                // The simulation was started or stopped. The robots are read again, because odometry is relative to the
+                // start of the run.
                 state.scene = Scene::default();
                 state.told.clear();
                 state.time = None;

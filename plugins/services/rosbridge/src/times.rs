@@ -9,7 +9,7 @@ use crate::{
     types::{self, Ros},
 };
 
-/// Adds the commands.
+/// Adds the commands for times, and the one that creates messages.
 pub(crate) fn times(offer: &mut Offer<Plugin>) {
     offer.command(
         Cmd::new("simROS.getTime", |c| {

@@ -7,7 +7,7 @@ use tatu_plugin_api::{abi::tatu_object, safe::Turn};
 
 use crate::{Props, felt::Felt, robots::Scene};
 
-/// The content of a topic. Numbers are indices in `Scene::robots` or `Scene::sensors`.
+/// The content of a topic. The numbers in variants are indices in `Scene::robots` or `Scene::sensors`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
     /// The simulation time.
@@ -24,7 +24,7 @@ pub enum What {
     Joints(usize),
     /// The URDF description of a robot.
     Description(usize),
-    /// The velocity command of a robot, to which clients publish.
+    /// The velocity commands for a robot, which clients publish.
     Command(usize),
     /// A planar scan of distances.
     Scan(usize),

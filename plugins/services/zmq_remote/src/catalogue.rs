@@ -5,7 +5,7 @@ use tatu_plugin_api::safe::{Fail, Result, Turn};
 
 use crate::cbor;
 
-/// Names of the functions that the service itself provides.
+/// Names of the functions in the namespace `sim` that the service itself provides.
 pub const OWN: &[&str] =
     &["sim.setStepping", "sim.step", "sim.switchThread", "sim.yield", "sim.acquireLock", "sim.releaseLock"];
 

@@ -20,7 +20,7 @@ pub struct Request {
 /// Maximum nesting depth of lists and maps.
 const MOST_DEPTH: usize = 64;
 
-/// Parses a request.
+/// Parses a request. Unknown keys are ignored.
 pub fn read(bytes: &[u8]) -> Result<Request> {
     let wrong = |why: &str| Fail::argument(format!("the message is not a request: {why}"));
     let message: Cbor =
@@ -44,7 +44,7 @@ pub fn read(bytes: &[u8]) -> Result<Request> {
 /// The string by which clients represent nil in arguments.
 const NIL: &str = "_*NIL*_";
 
-/// Converts a CBOR value.
+/// Converts a CBOR value. Tags are ignored, and integers that exceed 64 bits become floats.
 fn value(cbor: Cbor) -> Result<Value> {
     Ok(match cbor {
         Cbor::Null => Value::Nil,
@@ -66,7 +66,8 @@ fn value(cbor: Cbor) -> Result<Value> {
     })
 }
 
-/// Converts an array: to an array of integers or floats if all elements are numbers, otherwise to a list.
+/// Converts an array: to an array of integers or floats if it is not empty and all elements are numbers, otherwise to a
+/// list.
 fn array(values: Vec<Value>) -> Value {
     if values.is_empty() {
         return Value::List(values);
@@ -85,8 +86,8 @@ fn array(values: Vec<Value>) -> Value {
     }
 }
 
-/// Converts a value to CBOR. Strings that are not UTF-8 become byte strings. Bytes, which may be images, are moved, not
-/// copied.
+/// Converts a value to CBOR. Strings that are not UTF-8 become byte strings, objects become handles, and functions
+/// become null. Bytes, which may be images, are moved, not copied.
 pub fn write(value: Value) -> Cbor {
     match value {
         Value::Nil | Value::Func(_) => Cbor::Null,
@@ -103,7 +104,7 @@ pub fn write(value: Value) -> Cbor {
     }
 }
 
-/// Encodes a message.
+/// Encodes a message, given its keys and values.
 fn bytes(message: Vec<(&str, Cbor)>) -> Vec<u8> {
     let message = Cbor::Map(message.into_iter().map(|(k, v)| (Cbor::Text(k.to_owned()), v)).collect());
     let mut out = Vec::new();

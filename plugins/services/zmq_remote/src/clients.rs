@@ -26,7 +26,8 @@ pub struct Client {
 }
 
 impl Client {
-    /// Returns whether the client holds the simulation, by a lock or because it has not requested a step.
+    /// Returns whether the client holds the simulation: by a lock, or because it has enabled stepping and has not
+    /// requested a step.
     pub fn holds(&self) -> bool {
         self.holds > 0 || self.level > 0 && self.until.is_empty()
     }
@@ -41,7 +42,7 @@ impl Client {
 pub struct Clients {
     /// The clients, by key: the id that a client sends, or a name derived from its connection.
     all: BTreeMap<String, Client>,
-    /// Number of clients so far.
+    /// Number of clients created so far.
     made: u64,
 }
 
@@ -70,7 +71,7 @@ impl Clients {
     pub fn end(&mut self, key: &str) {
         self.all.remove(key);
     }
-    /// Returns all clients, ordered by key.
+    /// Returns an iterator over all clients, in the order of their keys.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Client> {
         self.all.values_mut()
     }

@@ -36,7 +36,7 @@ pub struct Functions {
 }
 
 impl Functions {
-    /// Returns the function with a number.
+    /// Returns the function with a number, or `None` if it has been removed.
     pub fn get(&self, number: u32) -> Option<&Function> {
         self.known.get(&number)
     }

@@ -27,7 +27,7 @@ pub struct ZmqRemote;
 
 /// Maximum number of requests that are executed at a barrier.
 const AT_ONCE: usize = 2000;
-/// Name in requests by which a client returns the results of its function that was called.
+/// Name of the function in a request by which a client returns the results of a called function of its own.
 const EXECUTED: &str = "_*executed*_";
 /// The port to which clients connect by default.
 const PORT: i64 = 23000;
@@ -258,7 +258,7 @@ impl Remote {
             if request.func == "sim.stopSimulation" {
                 state.clients.iter_mut().for_each(|c| c.release());
             }
-            // While a client's function is being called, commands cannot wait: token 0.
+            // While a client's function is being called, commands must not wait, which the token 0 enforces.
             if state.talks > 0 { 0 } else { state.next_token }
         };
         match turn.call(&request.func, &request.args, token)? {
@@ -282,7 +282,7 @@ impl Remote {
         results
     }
 
-    /// Does the work of `call_back`.
+    /// Implements `call_back`, except for counting the calls in progress.
     fn talk(&self, turn: &Turn<'_>, place: Place, name: &str, args: &[Value]) -> Result<Vec<Value>> {
         let connection = {
             let state = &mut *self.state()?;

@@ -32,9 +32,9 @@ pub(crate) struct State {
     pub running: Vec<Pending>,
     /// Number of functions of clients that have been called and have not returned.
     pub talks: u32,
-    /// Requests for commands that wait, by token.
+    /// Requests for commands that have not returned yet, by token.
     pub waits: BTreeMap<u64, Pending>,
-    /// Token for the next command that waits.
+    /// Token for the next command that does not return immediately.
     pub next_token: u64,
     pub functions: Functions,
     /// The step that was published last, for clients that use the first version of the protocol.
@@ -84,7 +84,7 @@ impl Pending {
 pub(crate) enum Place {
     /// A request that is being executed, by its index in `running`.
     Running(usize),
-    /// A request for a command that waits, by its token in `waits`.
+    /// A request for a command that has not returned yet, by its token in `waits`.
     Waits(u64),
 }
 
@@ -141,7 +141,7 @@ impl State {
     }
 
     /// Returns the unanswered request by whose answer a function of the client can be called: the innermost one that is
-    /// being executed, otherwise the last one that waits.
+    /// being executed, otherwise the last one whose command has not returned yet.
     pub fn place_of(&self, client: &str) -> Option<Place> {
         let running = self.running.iter().rposition(|p| p.key == client).map(Place::Running);
         running.or_else(|| self.waits.iter().rfind(|(_, p)| p.key == client).map(|(token, _)| Place::Waits(*token)))
@@ -155,8 +155,8 @@ impl State {
         }
     }
 
-    /// Answers step requests that have ended by this step. While the simulation is not running, all of them end
-    /// immediately.
+    /// Removes step requests that have ended by this step, and answers those whose clients wait for an answer. While
+    /// the simulation is not running, all step requests end immediately.
     pub fn stepped(&mut self, turn: &Turn<'_>, step: u64) {
         let stands = turn.state() != TATU_RUNNING;
         for client in self.clients.iter_mut() {

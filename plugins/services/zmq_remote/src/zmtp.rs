@@ -24,7 +24,8 @@ use tatu_services_common::port::Port;
 pub const MOST: u64 = 64 << 20;
 /// Maximum total size of all unanswered requests that are larger than `SMALL`, bytes.
 const MOST_WAITING: usize = 512 << 20;
-/// Maximum size of a small message, bytes.
+/// Maximum size of a message that is copied when it is sent, and of a request that does not count towards
+/// `MOST_WAITING`, bytes.
 const SMALL: usize = 64 << 10;
 /// Maximum number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 256;
@@ -92,7 +93,7 @@ fn wrong(why: &str) -> io::Error {
 
 impl Listener {
     /// Opens a port on 127.0.0.1; if `port` is 0, any free port. Events are sent to the returned receiver, and `wake`
-    /// is called after each of them.
+    /// is called after events have been sent.
     pub fn open(kind: Kind, port: u16, wake: Box<dyn Fn() + Send + Sync>) -> io::Result<(Listener, Receiver<Event>)> {
         let (events, told) = channel();
         let (waiting, audience) = (AtomicUsize::new(0), Mutex::default());
@@ -113,7 +114,7 @@ impl Listener {
         Ok((Listener { port: Port::open(port, "zmtp", MOST_CONNECTIONS, serve)?, shared }, told))
     }
 
-    /// Returns the address on which it listens.
+    /// Returns the address on which the listener accepts connections.
     pub fn address(&self) -> SocketAddr {
         self.port.address
     }

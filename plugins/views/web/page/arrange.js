@@ -13,7 +13,8 @@ import { host } from "tatu/view";
 /** @typedef {"x" | "y" | "z"} Axis */
 
 /**
- * Returns the bounding box of an object in the world frame; for an object without parts, its position.
+ * Returns the bounding box of an object and all objects below it, in the world frame. If they have no parts, the box
+ * contains only the position of the object.
  * @param {number} id
  */
 function boxOf(id) {

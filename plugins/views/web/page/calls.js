@@ -1,5 +1,5 @@
 // @ts-check
-// Tracks pending calls by their numbers. This module does not need a page.
+// Tracks pending calls by their numbers. This module does not access the DOM, so it can be tested without a browser.
 
 /** @import { ToPage } from "tatu/protocol" */
 

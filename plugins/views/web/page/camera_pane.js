@@ -57,7 +57,7 @@ const TURNED = new THREE.Quaternion(0, 1, 0, 0);
 const ANGLE = 60;
 
 /**
- * Creates the image of a scene camera, which is rendered whenever the view is.
+ * Creates a canvas with the image of a scene camera, which is rendered whenever the view is rendered.
  * @param {number} id
  */
 function drawn(id) {
@@ -98,7 +98,7 @@ const details = new Map();
 on("details", ({ object, rows }) => details.get(object)?.(rows));
 
 /**
- * Creates the image of a vision sensor, and requests images from the program.
+ * Creates a canvas with the images of a vision sensor, and requests these images from the program.
  * @param {number} id
  * @param {string} who unique name of the window
  */

@@ -9,8 +9,8 @@ import { lit } from "tatu/light";
 
 /** @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Body */
 /**
- * The group of an object. `bodies` are the meshes of its parts, `own` all things that belong to the object itself, and
- * `moved` the group that a joint moves.
+ * The group of an object. `bodies` are the meshes of its parts, `own` all three.js objects that represent the object
+ * itself, and `moved` the group that a joint moves.
  * @typedef {THREE.Group & { userData: { id: number, bodies: Body[], own: THREE.Object3D[], joint?: Joint, moved?: THREE.Group } }} ObjectGroup
  */
 /** @typedef {{ group: ObjectGroup, body: Body }} Placed */
@@ -25,8 +25,8 @@ const BOX = 14;
 const NOTHING = 2.5;
 
 /**
- * The instanced meshes, and the things that are attached to objects. Used only while instancing is; the renderer then
- * skips the groups of the objects.
+ * The instanced meshes, and the three.js objects that are attached to groups, such as outlines. Used only while
+ * instancing is switched on; the renderer then skips the groups of the objects.
  */
 export const crowd = new THREE.Group();
 /** @type {{ group: THREE.Object3D, thing: THREE.Object3D }[]} */
@@ -108,7 +108,7 @@ export function isLarge() {
 }
 
 /**
- * Attaches a thing to the group of an object, with or without instancing.
+ * Attaches a three.js object, such as an outline, to the group of an object, with or without instancing.
  * @param {THREE.Object3D} group
  * @param {THREE.Object3D} thing
  */

@@ -14,7 +14,7 @@ import { redraw, stage } from "tatu/view";
 const all = new THREE.Group();
 stage.add(all);
 
-/** Creates the drawing of a drawing object. @param {Drawing} d */
+/** Creates the three.js object that represents a drawing object. @param {Drawing} d */
 function drawing(d) {
   const [red = 1, green = 0, blue = 0] = d.color;
   const color = new THREE.Color().setRGB(red, green, blue, THREE.SRGBColorSpace);

@@ -106,7 +106,7 @@ function read(view) {
 }
 
 /**
- * Returns the index of the last of `n` sorted times that is not after `t`, or -1 if all are.
+ * Returns the index of the last of `n` sorted times that is not after `t`, or -1 if all of them are after `t`.
  * @param {number} n
  * @param {number} t
  * @param {(i: number) => number | undefined} time returns the time with an index
@@ -122,7 +122,7 @@ function last(n, t, time) {
 }
 
 /**
- * Returns the index of the last entry of an array that is not after `t`, or -1 if all are.
+ * Returns the index of the last entry of an array that is not after `t`, or -1 if all of them are after `t`.
  * @param {{ time: number }[]} all
  * @param {number} t
  */

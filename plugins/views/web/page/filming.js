@@ -40,14 +40,14 @@ async function end() {
   }
 }
 
-/** Returns the name of the scene's file with another ending, for a file to be saved. @param {string} ending */
+/** Returns the name of the scene's file without its extension, followed by `ending`. @param {string} ending */
 export function nameFor(ending) {
   const name = known.file.split(/[\\/]/).pop()?.replace(/\.\w+$/, "") || "scene";
   return `${name}${ending}`;
 }
 
 /**
- * Sets whether each run is filmed from now on. `lastFilm` returns the films.
+ * Sets whether each run is filmed from now on. `lastFilm` returns the film of the last run.
  * @param {boolean} is
  */
 export function filmAlways(is) {

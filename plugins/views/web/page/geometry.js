@@ -1,6 +1,6 @@
 // @ts-check
 // Calculates with positions, rotations and poses, and converts rotations for display and input. This module does not
-// need a page.
+// access the DOM, so it can be tested without a browser.
 
 /** @typedef {[number, number, number]} Vec3 */
 /** @typedef {[number, number, number, number]} Quat quaternion: x, y, z, w */

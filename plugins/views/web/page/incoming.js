@@ -1,6 +1,6 @@
 // @ts-check
-// Sends files to the program that are dropped on the page or chosen in a dialog. The files of a folder, a selection or
-// a zip archive are sent together, and the scene among them is opened.
+// Sends files to the program: those that are dropped on the page, and those that are chosen in a dialog. The files of a
+// folder, a selection or a zip archive are sent together, and the scene among them is opened.
 
 import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
@@ -60,8 +60,9 @@ async function unpacked(files) {
 }
 
 /**
- * Returns a promise of the scene to be opened, or of null: the scene in the topmost folder, which is not a
- * `model.toml`. If there are several, returns `scene.toml` or the one that the user chooses.
+ * Returns a promise of the path of the scene to be opened, or of null if there is none or the user cancels. Of all
+ * scenes except `model.toml`, those in the topmost folder are considered. If there are several, returns `scene.toml` or
+ * the one that the user chooses.
  * @param {string[]} names
  */
 async function sceneOf(names) {

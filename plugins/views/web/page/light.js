@@ -12,7 +12,10 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 const sky = { tatuHorizon: { value: new THREE.Color() }, tatuZenith: { value: new THREE.Color() } };
 /** Height of the floor for a scene without one, m. Grid lines appear on horizontal surfaces at this height and at 0. */
 const floorHeight = { value: 0 };
-/** Ratio of the tangents of the camera's field of view and the usual one. It scales the haze in parallel projection. */
+/**
+ * Ratio of the tangent of half the camera's field of view to that of half the usual one. It scales the haze in parallel
+ * projection.
+ */
 export const zoom = { value: 1 };
 
 /** Sets the colors of the sky for the current theme. */

@@ -3,7 +3,11 @@
 
 import { make } from "tatu/dom";
 
-/** @typedef {{ name: string, keys: string, act: () => void, off: boolean }} Entry `keys` is shown at the right */
+/**
+ * An entry of a menu: `keys` is the keyboard shortcut, which is shown at the right; `off` is whether the entry is
+ * disabled.
+ * @typedef {{ name: string, keys: string, act: () => void, off: boolean }} Entry
+ */
 
 /** @type {HTMLElement | null} */
 let open = null;

@@ -37,7 +37,7 @@ export function watchHow(f) {
   watchers.push(f);
 }
 
-/** Changes `how`. @param {Partial<typeof how>} change */
+/** Changes `how`, and updates the gizmo and the buttons. @param {Partial<typeof how>} change */
 export function setHow(change) {
   Object.assign(how, change);
   hold();

@@ -1,6 +1,6 @@
 // @ts-check
 // Determines how properties are shown: their names, groups, units, values and types of fields, and the labels of edits.
-// This module does not need a page.
+// This module does not access the DOM, so it can be tested without a browser.
 
 /** @import { Row } from "tatu/protocol" */
 
@@ -85,7 +85,7 @@ export function unitOf(unit, slides = false) {
 }
 
 /**
- * Formats a number with up to six significant digits.
+ * Formats a number: an integer with all its digits, any other number with up to six significant digits.
  * @param {unknown} x a number, or the JSON representation of a non-finite number
  * @param {number} [factor]
  */
@@ -110,7 +110,7 @@ export function readNumber(text, factor = 1) {
 }
 
 /**
- * Encodes a number as an argument of a command.
+ * Encodes a number as an argument of a command. Infinite numbers become objects, because JSON cannot represent them.
  * @param {number} x
  */
 export function sent(x) {

@@ -142,7 +142,7 @@ const WAITS = [100, 200, 400, 800, 1500, 2000];
 /** Time after which a request to the program is considered unanswered, ms. */
 const PATIENCE = 2000;
 
-/** Requests a path of this address. @param {string} path */
+/** Requests a path from the program at this address. @param {string} path */
 function get(path) {
   return fetch(path, { cache: "no-store", signal: AbortSignal.timeout(PATIENCE) });
 }
@@ -167,7 +167,10 @@ async function whoIsThere() {
   }
 }
 
-/** Returns a promise of whether the program rejects the token. It also does so for a request without an upgrade. */
+/**
+ * Returns a promise of whether the program rejects the token. An ordinary request suffices, because the program checks
+ * the token before it expects a WebSocket handshake.
+ */
 async function isRefused() {
   try {
     return (await get(`/ws?token=${token()}`)).status === 401;

@@ -93,7 +93,7 @@ const NUDGES = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Page
 const view = get("view");
 
 /**
- * Handles a key press. Returns false if the key has no effect on the selection.
+ * Handles a key press. Returns false if the key is not handled here.
  * @param {KeyboardEvent} e
  */
 function act(e) {

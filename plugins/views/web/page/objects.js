@@ -93,7 +93,7 @@ function plain(part) {
 }
 
 /**
- * Sets the position and quaternion of a thing.
+ * Sets the position and quaternion of a three.js object.
  * @param {THREE.Object3D} thing
  * @param {number[]} pose
  */
@@ -134,7 +134,9 @@ const hidden = get("hidden", HTMLInputElement);
 /** Bit mask of the layers that are visible by default: the lower eight, as in V-REP. */
 const SEEN = 0xff;
 
-/** Shows or hides the parts of all objects according to their layers. */
+/**
+ * Shows or hides the parts of all objects according to their visibility, layers, and the check box for hidden layers.
+ */
 function show() {
   for (const o of scene.objects.values()) {
     const is = o.visible && (hidden.checked || (o.layer & SEEN) !== 0);
@@ -167,7 +169,7 @@ function dress(group, o) {
 }
 
 /**
- * Adds a thing that belongs to an object itself, and is removed when the object is built again.
+ * Adds a three.js object that represents an object of the scene, and is removed when that object is built again.
  * @param {ObjectGroup} group
  * @param {THREE.Object3D} thing
  */

@@ -74,7 +74,7 @@ export function clear() {
 }
 
 /**
- * Turns object names in a warning or error into links that select the objects: a path at the beginning, or names in
+ * Replaces object names in a warning or error by links that select the objects: a path at the beginning, or names in
  * parentheses at the end, as in notes of importers.
  * @param {HTMLElement} div
  */

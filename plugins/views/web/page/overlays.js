@@ -128,7 +128,7 @@ function draw() {
   if (is("contacts") && contacts.length) {
     const points = contacts.map((c) => new THREE.Vector3(...c.point));
     all.add(new THREE.Points(new THREE.BufferGeometry().setFromPoints(points), POINT));
-    // The arrow of the largest force has a length of 0.35 `view`; forces below 1 N are not enlarged to that.
+    // The arrow of the largest force has a length of 0.35 `view`, or less if the force is below 1 N.
     const most = Math.max(1, ...contacts.map((c) => Math.hypot(...c.force)));
     /** @type {THREE.Vector3[]} */
     const ends = [];

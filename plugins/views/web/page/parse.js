@@ -1,6 +1,6 @@
 // @ts-check
-// Parses binary messages: frames, meshes and images, as described in docs/reference/web-stream.md. This module does not
-// need a page.
+// Parses binary messages: frames, meshes, images and textures, as described in docs/reference/web-stream.md. This
+// module does not access the DOM, so it can be tested without a browser.
 
 /** Kinds of binary messages, by their first byte. @type {{ [kind: number]: "frame" | "mesh" | "image" | "texture" | undefined }} */
 export const BINARY = { 1: "frame", 2: "mesh", 3: "image", 4: "texture" };
@@ -39,7 +39,7 @@ const ENTRIES = [
   { what: "pose", read: [placed, placed, placed, turned, turned, turned, turned], size: [4, 4, 4, 2, 2, 2, 2] },
   { what: "position", read: [(view, at) => view.getFloat32(at, true)], size: [4] },
   { what: "rotation", read: [turned, turned, turned, turned], size: [2, 2, 2, 2] },
-  // The same in full precision, for films.
+  // The same three types in full precision, for films.
   { what: "pose", read: Array(7).fill(float64), size: Array(7).fill(8) },
   { what: "position", read: [float64], size: [8] },
   { what: "rotation", read: Array(4).fill(float64), size: Array(4).fill(8) },

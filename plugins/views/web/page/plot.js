@@ -24,7 +24,7 @@ export function colorOf(color, i) {
 }
 
 /**
- * Returns about `most` round numbers from `low` to `high`, or fewer, and the number of decimal places that they
+ * Returns round numbers from `low` to `high`, not more than about `most`, and the number of decimal places that they
  * require.
  * @param {number} low
  * @param {number} high

@@ -71,7 +71,7 @@ items: Array<number>, stride: number, };
  */
 export type FromPage = { "type": "run", action: Action, } | { "type": "speed", speed: number, } | { "type": "key", key: string, } | { "type": "drop", id: number, file: string, part: string, last: boolean,
 /**
- * The folder for the file: the answer to a `folder` request. Without it, the file is a single one.
+ * The folder for the file: the answer to a `folder` request. Omitted if the file was dropped alone.
  */
 folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<Watched>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
 
@@ -151,7 +151,7 @@ range?: number, } | { "schema": "gps",
 position: Array<number>, } | { "schema": "fields", fields: { [key in string]: Array<number | null> }, };
 
 /**
- * A property of an object, or a short field of its last reading.
+ * A property of an object, or a field of its last reading that has at most 16 elements.
  */
 export type Row = { key: string,
 /**
@@ -192,7 +192,7 @@ export type SceneFile = { in: Section,
  */
 file: string,
 /**
- * The first paragraph of the comment at the beginning of the file.
+ * The first paragraph of the comment at the beginning of the file, up to "Try:".
  */
 about: string,
 /**
@@ -237,7 +237,7 @@ collides?: boolean, joint?: Joint,
  */
 sensor?: string,
 /**
- * The schema of a sensor's readings; omitted if the page does not show them.
+ * The schema of a sensor's readings; omitted if the readings have no fields.
  */
 schema?: Schema,
 /**
@@ -286,11 +286,12 @@ export type Texture = {
  */
 image: string,
 /**
- * The kind of projection: `plane`, `cylinder`, `sphere` or `box`.
+ * The kind of projection: `plane`, `cylinder`, `sphere`, `box`, or `mesh` for the texture coordinates of a mesh.
  */
 mapping: string,
 /**
- * Width and height of the image on the surface, m.
+ * Width and height of the image on the surface, m. For `cylinder` and `sphere`, the width is in revolutions; for
+ * `sphere`, the height is in half revolutions; for `mesh`, both are in texture coordinates.
  */
 size: [number, number],
 /**
@@ -343,7 +344,7 @@ unsaved: boolean,
  */
 file: string, on_disk: boolean,
 /**
- * Unix time, s, of a copy of unsaved edits that a crashed program has left.
+ * Unix time, s, of a copy of unsaved edits that a crashed program has left; null if there is none.
  */
 recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "values", of: number, samples: Array<Sample>, } | { "type": "data", object: number, data: { [key in string]: string }, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
 /**
@@ -352,7 +353,8 @@ recovery: number | null, } | { "type": "event", name: string, payload: any, } | 
 folder: string, } | { "type": "result", of: number, results: Array<any>, } | { "type": "error", error: string, help?: string, of?: number, };
 
 /**
- * The detection volume of a sensor; lengths in m, angles in rad. Infinite values are omitted.
+ * The detection volume of a sensor; lengths in m, angles in rad. Infinite values, and values that do not exist for the
+ * kind of sensor, are omitted.
  */
 export type Volume = {
 /**

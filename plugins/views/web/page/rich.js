@@ -22,7 +22,8 @@ export function restyle(element, text) {
 }
 
 /**
- * Appends copies of the children of a node to an element. Unsupported tags are replaced by their content.
+ * Appends copies of the children of a node to an element. Unsupported tags are replaced by their content, except
+ * scripts and style sheets, which are dropped.
  * @param {Element} node
  * @param {HTMLElement} to
  * @param {OnLink} [onLink]

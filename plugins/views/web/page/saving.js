@@ -56,7 +56,10 @@ export async function save(over = false) {
   }
 }
 
-/** Returns the path that is proposed for saving: in the folder of the scene if that is below the working folder. */
+/**
+ * Returns the path that is proposed for saving: in the folder of the scene if that is below the working folder,
+ * otherwise in the working folder.
+ */
 function proposal() {
   const name = short(known.file || "scene.toml").replace(/\.\w+$/, "") + ".toml";
   const inside = !/^([\\/]|\w:|\.\.)/.test(name);

@@ -100,7 +100,8 @@ addEventListener("pointerup", (e) => {
 });
 
 /**
- * Returns the objects with their centre in a box on the screen, or the models that contain them. Floors are omitted.
+ * Returns the objects in a box on the screen, or the models that contain them. An object is in the box if the origin of
+ * its first part is, or its own origin if it has no parts. Floors and invisible objects are omitted.
  * @param {{ x: number, y: number }} a
  * @param {{ x: number, y: number }} b
  */

@@ -1,6 +1,6 @@
 // @ts-check
 // Computes the force with which the pointer pulls a body: that of a critically damped spring, limited by a bound. This
-// module does not need a page.
+// module does not access the DOM, so it can be tested without a browser.
 
 import { cross, dot, minus } from "./geometry.js";
 

@@ -1,5 +1,5 @@
 // @ts-check
-// The items of the palette, with their descriptions in the format of scene files. This module does not need a page.
+// The items of the palette, with their descriptions in the format of scene files. This module does not access the DOM.
 
 /**
  * An item of the palette, described by `toml`, or a model with the id `model`. `form` and `size` (m) are those of the

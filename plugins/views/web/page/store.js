@@ -7,7 +7,7 @@ import { want } from "tatu/wants";
 
 /** @import { SceneObject, Script } from "tatu/protocol" */
 /**
- * The scene. `objects` are those by handle; `another` is set if this is not the scene that was shown before.
+ * The scene. `objects` contains its objects by handle; `another` is set if this is not the scene that was shown before.
  * @typedef {{ file: string, opened: number, another: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
  */
 
@@ -154,7 +154,7 @@ on("objects", ({ objects }) => {
   for (const o of known) scene.objects.set(o.id, o);
   for (const f of watchers.objects) f(known);
 });
-// A scene that was saved under another name remains the same scene.
+// A scene that was saved under another name remains the same scene, so watchers are not called.
 on("state", ({ file }) => {
   if (file === scene.file) return;
   scene.file = file;

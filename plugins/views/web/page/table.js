@@ -1,5 +1,6 @@
 // @ts-check
-// Formats curves as tables for spreadsheets, and saves files from the browser. Only saving needs a page.
+// Formats curves as tables for spreadsheets, and saves files from the browser. Only `download` accesses the DOM, so the
+// other functions can be tested without a browser.
 
 /** @import { Curve } from "tatu/plot" */
 

@@ -150,7 +150,8 @@ fields.forEach(({ field }, i) => {
     e.preventDefault();
   };
 });
-// The toolbar is part of the view, which would pass keys to the simulation and rotate the camera by the mouse.
+// The toolbar is part of the view. Without this loop, the view would pass its keys to the simulation, and rotate the
+// camera by a drag on it.
 for (const kind of ["keydown", "pointerdown", "pointerup", "wheel"]) bar.addEventListener(kind, (e) => e.stopPropagation());
 
 watchHow(() => {

@@ -145,7 +145,7 @@ function holdable(tell) {
     tell("press");
   };
   button.onpointerup = button.onpointercancel = () => tell("release");
-  // A click by the keyboard does not cause pointer events.
+  // A click by the keyboard does not cause pointer events, so it is reported here as a press and a release.
   button.onclick = (e) => {
     if (e.detail !== 0) return;
     tell("press");
@@ -257,7 +257,7 @@ function tabs(values, made, tell) {
   front(made, values.current ?? 0);
 }
 
-/** Returns the child elements. @param {HTMLElement} e */
+/** Returns the children of an element that are HTML elements. @param {HTMLElement} e */
 function children(e) {
   return [...e.children].filter((c) => c instanceof HTMLElement);
 }

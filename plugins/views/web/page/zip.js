@@ -1,8 +1,8 @@
 // @ts-check
 // Reads zip archives with stored or deflated files, and writes zip archives with stored files. This module does not
-// need a page.
+// access the DOM, so it can be tested without a browser.
 
-/** Signature of the end record. */
+/** Signature of the end record, which contains the number of files and the offset of the directory. */
 const END = 0x06054b50;
 /** Signature of a directory entry. */
 const ENTRY = 0x02014b50;

@@ -24,7 +24,7 @@ use crate::{
 /// Keys of properties that are too large to be shown in the page.
 const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
 
-/// Returns the short fields of a sensor's last reading, in the form of read-only properties.
+/// Returns the fields of a sensor's last reading that have at most 16 elements, in the form of read-only properties.
 fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Row> {
     let fields = (0..).map_while(|i| turn.field_of(id, i));
     let rows = fields.filter_map(|(name, _)| {
@@ -46,7 +46,8 @@ fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Row> {
     rows.collect()
 }
 
-/// Returns the properties of the object with handle `n`, and the short fields of its last reading if it is a sensor.
+/// Returns the properties of the object with handle `n`, and the fields of its last reading that have at most 16
+/// elements, if it is a sensor.
 pub fn details(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
     let id = object(n);
     let mut rows = Vec::new();
@@ -165,8 +166,8 @@ pub fn commands(turn: &Turn<'_>) -> ToPage {
     ToPage::Commands { commands: turn.commands().iter().map(one).collect() }
 }
 
-/// Returns the `TATU_REQUEST_*` constant for an action. A single step is a start; the service then holds the world
-/// after the step.
+/// Returns the `TATU_REQUEST_*` constant for an action. For a single step, this is the constant for a start, because
+/// the service holds the world after the step.
 pub fn request(action: Action) -> u32 {
     match action {
         Action::Start | Action::Step => TATU_REQUEST_START,

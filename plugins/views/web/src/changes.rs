@@ -55,7 +55,7 @@ pub enum Found {
 }
 
 impl Changes {
-    /// Computes all digests for a scene that was just read, and restarts the round.
+    /// Computes all digests for a scene that was just read. The next comparison starts with the first object.
     pub fn begin(&mut self, turn: &Turn<'_>, p: &Props, whole: &Whole) -> Result {
         self.scripts = scripts(turn, p)?;
         self.of_scene = self.scripts.get(&0).copied();

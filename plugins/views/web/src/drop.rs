@@ -21,7 +21,7 @@ const ENDINGS_WITH_SCENE: &[&str] = &[
 const MOST: usize = 64 << 20;
 /// Maximum length of a file or folder name, bytes.
 const LONGEST: usize = 100;
-/// Maximum number of files, or of folders, that differ only in the appended number.
+/// Maximum number of files, or of folders, with names that differ only in the appended number.
 const MOST_ALIKE: usize = 1000;
 /// Maximum number of files in a folder.
 const MOST_FILES: usize = 1000;
@@ -56,9 +56,9 @@ fn check_ending(name: &str, endings: &[&str]) -> Result {
 pub struct Folder {
     /// Path of the folder, relative to the folder in which scripts may open files.
     name: String,
-    /// Number of files started so far.
+    /// Number of files of which at least a part was received.
     files: usize,
-    /// Total size of the files received so far.
+    /// Total size of the files that were received completely, bytes.
     bytes: usize,
 }
 
@@ -83,7 +83,7 @@ impl Folder {
         &self.name
     }
 
-    /// Starts a file in the folder; `name` may be a path with subfolders.
+    /// Starts to receive a file for the folder; `name` may be a path with subfolders.
     pub fn file(&mut self, name: &str) -> Result<Dropped> {
         let parts: Vec<&str> = name.split('/').collect();
         if parts.len() > DEEPEST {
@@ -127,7 +127,7 @@ pub struct Dropped {
 }
 
 impl Dropped {
-    /// Starts a single file; `name` must not be a path.
+    /// Starts to receive a single file; `name` must not be a path.
     pub fn new(name: &str) -> Result<Dropped> {
         check(name)?;
         check_ending(name, ENDINGS)?;

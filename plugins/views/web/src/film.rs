@@ -25,7 +25,7 @@ const MOST: usize = 500 << 20;
 pub struct Film {
     p: Props,
     session: Session,
-    /// The page to be written.
+    /// Path of the page to be written.
     file: PathBuf,
     recorder: RefCell<Recorder>,
 }

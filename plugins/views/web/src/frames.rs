@@ -87,8 +87,8 @@ impl Now {
     }
 }
 
-/// Returns a frame with the entries that differ from `known` in full precision, and updates `known`. Entries of types
-/// 3, 4 and 5 contain the data of types 0, 1 and 2 as f64.
+/// Returns a frame in full precision with the entries that differ from `known`, and updates `known`. Entries of types
+/// 3, 4 and 5 contain the data of types 0, 1 and 2 as f64, in m and rad.
 pub fn exact(
     turn: &Turn<'_>,
     p: &Props,

@@ -52,7 +52,8 @@ pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> ToPage {
     ToPage::Files { files: out, folder: folder.unwrap_or_default() }
 }
 
-/// Returns whether a file is a scene that comes with the program. The page may open such a scene in any folder.
+/// Returns whether a file is a scene that comes with the program. The page may open such a scene even if scripts may
+/// not read its folder.
 pub(crate) fn comes_with_program(path: &Path) -> bool {
     path.components().all(|part| part != Component::ParentDir)
         && program().iter().any(|folder| path.starts_with(folder))
@@ -78,10 +79,11 @@ fn program() -> Vec<PathBuf> {
     both.filter(|folder| folder.is_dir()).collect()
 }
 
-/// Returns the scenes of the working folder and its subfolders; folders in `known` are skipped.
+/// Returns the scenes of the working folder and of its subfolders `scenes` and `models`; folders in `known` are
+/// skipped.
 fn own(known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
     let here = sorted(Path::new("."));
-    // `.toml` files in the working folder itself are often not scenes.
+    // `.toml` files in the working folder itself are omitted, because they are often not scenes.
     let mut out: Vec<PathBuf> =
         here.into_iter().filter(|p| is_scene(p) && p.extension().is_some_and(|e| e != "toml")).collect();
     for name in [SCENES, MODELS] {

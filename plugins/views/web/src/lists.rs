@@ -53,7 +53,7 @@ const LIST: f64 = 25.0;
 
 /// The requests that a client may still make.
 pub(crate) struct Allowance {
-    /// Remaining requests, as a number of small answers; negative after an expensive request.
+    /// Remaining requests, as a number of small answers; can be negative after an expensive request.
     left: f64,
     /// Time at which `left` was updated.
     at: Instant,

@@ -32,7 +32,7 @@ fn rounded(x: f64) -> f64 {
     (x * 1e3).round() / 1e3
 }
 
-/// The readings that were sent so far.
+/// The readings that were sent last, with which new readings are compared.
 #[derive(Default)]
 pub struct Sent {
     /// The last reading of each sensor.
@@ -102,7 +102,7 @@ fn scan(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Reading> {
     let every = distance.f64s().len().div_ceil(MOST_BEAMS).max(1);
     let thin = |all: &[f64]| all.iter().step_by(every).map(|x| rounded(*x)).collect::<Vec<f64>>();
     let elevation = turn.reading(id, p.scan_elevation).ok().map(|e| thin(e.f64s()));
-    // Elevations are omitted if all beams are in one plane.
+    // Elevations are omitted if all of them are 0.
     let elevation = elevation.filter(|e| e.iter().any(|x| *x != 0.0));
     let range = turn.reading(id, p.scan_limits).ok().and_then(|l| l.f64s().get(1).copied());
     Some(Reading::RangeScan {
@@ -122,7 +122,8 @@ fn fields(turn: &Turn<'_>, id: tatu_object) -> Option<Reading> {
     (!fields.is_empty()).then_some(Reading::Fields { fields })
 }
 
-/// Returns the elements of a field, or `None` if they are none, too many or not numbers.
+/// Returns the elements of a field, or `None` if there are none or more than `MOST_SHORT`, or if their type is not f64,
+/// f32 or i32.
 pub fn short(field: &safe::Reading) -> Option<Vec<f64>> {
     let numbers: Vec<f64> = match field.elem() {
         TATU_ELEM_F64 => field.f64s().to_vec(),
@@ -159,7 +160,7 @@ pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Message> {
     Some(Message::Binary(out.into()))
 }
 
-/// Returns the message with all drawings of scripts.
+/// Returns the message with the drawings of scripts, up to `MOST_NUMBERS` values in total.
 pub fn drawings(turn: &Turn<'_>) -> Result<ToPage> {
     let (mut drawings, mut numbers) = (Vec::new(), 0);
     for id in turn.figures(0, TATU_FIGURE_DRAWING)? {

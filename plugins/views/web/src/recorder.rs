@@ -19,9 +19,9 @@ use crate::{
     scene::{self, Whole},
 };
 
-/// Simulation time between recorded readings, s.
+/// Minimum simulation time between two records of readings, s.
 const READINGS: f64 = 0.1;
-/// Simulation time between recorded drawings, s.
+/// Minimum simulation time between two records of drawings, s.
 const DRAWINGS: f64 = 1.0;
 /// Names of the events that are recorded.
 pub const EVENTS: &[&str] = &["message", "console", "script_error", "started", "stopped"];
@@ -33,7 +33,7 @@ pub struct Recorder {
     records: Option<GzEncoder<Vec<u8>>>,
     whole: Whole,
     changes: Changes,
-    /// The last recorded entry of frames, by key.
+    /// The frame entries that were recorded last, by key.
     known: BTreeMap<u32, Vec<f64>>,
     /// The last recorded readings.
     sent: Sent,
@@ -45,7 +45,7 @@ pub struct Recorder {
     step: Option<u64>,
     /// Simulation time of the current step or event, s.
     time: f64,
-    /// Maximum compressed size, bytes. Messages after that are dropped.
+    /// Maximum compressed size, bytes. Once it is exceeded, further messages are dropped.
     most: usize,
     /// Simulation time at which the maximum size was exceeded, s.
     full: Option<f64>,
@@ -78,7 +78,7 @@ impl Recorder {
         self.records.take().map(GzEncoder::finish)
     }
 
-    /// Returns the simulation time at which the recording exceeded its maximum size, s.
+    /// Returns the simulation time at which the recording exceeded its maximum size, s, or `None` if it did not.
     pub fn full_at(&self) -> Option<f64> {
         self.full
     }
@@ -106,8 +106,8 @@ impl Recorder {
         }
     }
 
-    /// Appends everything that has changed since the last recorded step, and starts the recording if necessary. Does
-    /// nothing if `step` is already recorded.
+    /// Appends a frame of the step, and the changed objects, readings and drawings that are due. Starts the recording
+    /// if necessary. Does nothing if `step` is already recorded.
     pub fn look(&mut self, turn: &Turn<'_>, p: &Props, step: u64) -> Result {
         if self.step == Some(step) {
             return Ok(());

@@ -26,14 +26,14 @@ pub struct Whole {
     pub ids: Vec<tatu_object>,
     /// All joints, and whether they are spherical.
     pub joints: Vec<(tatu_object, bool)>,
-    /// The sensors with readings that the page shows, and the schemas of these readings.
+    /// The sensors whose readings have fields, and the schemas of these readings.
     pub sensors: Vec<(tatu_object, Schema)>,
     /// The messages for a new client: meshes and texture images, then the scene.
     pub messages: Vec<Message>,
 }
 
-/// Returns the schema of a sensor's readings, which is recognized by the fields of the readings; `None` if they have
-/// none.
+/// Returns the schema of a sensor's readings, which is recognized by the fields of the readings; `None` if they have no
+/// fields.
 fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Schema> {
     let fields = [
         (Schema::Proximity, p.detected),
@@ -46,7 +46,8 @@ fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Schema> {
     known.or_else(|| turn.field_of(id, 0).map(|_| Schema::Fields))
 }
 
-/// Names of the parameters that describe the detection volume of a sensor. A kind of sensor has some of them.
+/// Names of the parameters that describe the detection volume of a sensor. Each kind of sensor has only some of them,
+/// or none.
 pub const VOLUME: [&str; 9] =
     ["volume", "range", "near", "angle", "height", "radius_near", "radius_far", "size_near", "size_far"];
 
@@ -172,7 +173,7 @@ pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut Assets) 
     Ok(o)
 }
 
-/// Reads the given scripts.
+/// Returns the descriptions of the given scripts.
 fn scripts_of(turn: &Turn<'_>, p: &Props, all: impl Iterator<Item = tatu_object>) -> Result<Vec<Script>> {
     all.map(|s| {
         Ok(Script {

@@ -86,7 +86,7 @@ pub(crate) struct State {
     pub(crate) last_readings: Instant,
     /// The last `state` message, as JSON.
     pub(crate) told: String,
-    /// The message with all drawings, as JSON.
+    /// The last message with drawings, as JSON.
     pub(crate) drawn: String,
     /// Version of the drawings: the number of times that they have changed.
     pub(crate) drawings: u64,
@@ -102,7 +102,7 @@ pub(crate) struct State {
 /// The state of a client.
 pub(crate) struct Guest {
     pub(crate) client: Client,
-    /// The last entry of frames that was sent to the client, by key.
+    /// The frame entries that were sent to the client last, by key.
     pub(crate) known: BTreeMap<u32, [u8; 20]>,
     /// Whether the client has received the current scene.
     pub(crate) whole: bool,
@@ -287,7 +287,7 @@ fn few(mut objects: Vec<u32>) -> Vec<u32> {
 }
 
 impl State {
-    /// Records the current step in the films and watches of clients.
+    /// Records the current step in the films of clients, and samples the values that clients watch.
     fn record(&mut self, turn: &Turn<'_>, p: &Props, step: u64) -> Result {
         if turn.state() == TATU_STOPPED {
             return Ok(());
@@ -302,7 +302,7 @@ impl State {
         Ok(())
     }
 
-    /// Greets clients that have connected, and removes those that have disconnected.
+    /// Adds clients that have connected and queues their first messages, and removes clients that have disconnected.
     fn come(&mut self, _: &Turn<'_>) -> Result {
         for client in self.listener.take_new() {
             let acts = client.role == Rights::Act;
@@ -347,7 +347,7 @@ impl State {
         }
     }
 
-    /// Executes the requests of all clients, and queues the answers.
+    /// Executes queued requests of all clients, up to a limit per client, and queues the answers.
     fn hear(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let mut guests = std::mem::take(&mut self.guests);
         // Clients with control rights are processed first, so that viewers do not delay them.

@@ -126,7 +126,8 @@ impl State {
         Ok(())
     }
 
-    /// Queues the data for overlays. Consecutive clients with the same request share a message.
+    /// Queues the data for overlays for clients that have requested them and have received all earlier messages.
+    /// Consecutive clients with the same request share a message.
     fn show_overlays(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let mut made: Option<(Wanted, Message)> = None;
         for guest in self.guests.iter().filter(|g| g.overlays.any() && !g.waits) {

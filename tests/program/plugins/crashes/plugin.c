@@ -28,7 +28,7 @@ static const tatu_command now_command = {.size = sizeof(tatu_command), .flags = 
 static const tatu_command *const commands[] = {&now_command, NULL};
 static const tatu_ext_command command_offer = {.size = sizeof(tatu_ext_command), .commands = commands};
 
-/* ---- a sensor: crash_sensor, which works normally until 0.5 s */
+/* ---- a sensor: crash_sensor, which works normally before step 3 */
 
 static tatu_status TATU_CALL create(void *self, const tatu_instance *info, void **data, tatu_error *error) {
   (void)self; (void)info; (void)error;

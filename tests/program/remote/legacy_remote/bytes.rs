@@ -126,7 +126,8 @@ fn places_and_turns_of_objects() {
     near(&wire.good(0x2801, &ints(&[block, ball]), b""), &[0.0, 0.0, 0.0, 1.0]);
     wire.done(0x1801, &ints(&[block]), &[ints(&[ball]), floats(&quarter)].concat());
     near(&wire.good(0x2801, &ints(&[block, -1]), b""), &[0.0, 0.0, 1.0, 0.0]);
-    // Position and orientation as programs before 2014 request them: the data names the reference frame.
+    // Position and orientation as clients from before 2014 request them: the data of the command names the reference
+    // frame.
     near(&wire.good(0x1019, &ints(&[block]), &ints(&[-1])), &[1.0, 0.0, 1.0]);
     near(&wire.good(0x1019, &ints(&[block]), &ints(&[ball])), &[0.0, -1.0, 0.0]);
     near(&wire.good(0x1018, &ints(&[ball]), &ints(&[-1])), &[0.0, 0.0, std::f32::consts::FRAC_PI_2]);

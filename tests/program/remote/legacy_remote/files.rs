@@ -116,7 +116,7 @@ fn a_transferred_file_replaces_nothing_and_is_erased_alone() {
         assert!(why.contains(name) && why.contains("transferred"), "{why}");
     }
     assert_eq!(side.transferred(), ["old.txt"]);
-    // A client cannot erase files that existed before it transferred them, or files in other folders.
+    // A client cannot erase files that were transferred in an earlier run, or files in other folders.
     for name in ["old.txt\0", "empty.txt\0", "scene.toml\0"] {
         wire.bad(0x3006, name.as_bytes(), b"");
     }

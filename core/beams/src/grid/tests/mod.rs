@@ -49,7 +49,7 @@ fn random_scenes_are_seen_as_rays_see_them() {
         seen += image.depth.iter().filter(|d| d.is_finite()).count();
     }
     assert!(seen * 4 > pixels, "the scenes are empty: {seen} of {pixels}");
-    // The meshes are fine for such small images: many pixels contain several edges.
+    // The triangles of the meshes are tiny in such small images: many pixels contain several edges.
     assert!(depth * 500 < pixels, "{depth} of {pixels} pixels differ in depth");
     assert!(name * 500 < pixels, "{name} of {pixels} pixels differ at edges");
 }
@@ -123,7 +123,8 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
 
 #[test]
 fn every_number_of_threads_gives_the_same_bytes_of_a_mesh() {
-    // Bands of all heights, from a single row to the whole image, and many frames in the same buffers.
+    // Images of 1 to 300 rows, which different numbers of threads divide into different bands, and many frames in the
+    // same buffers.
     let light = Light::default();
     let pools: Vec<_> =
         [1, 2, 3, 5].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()).into();

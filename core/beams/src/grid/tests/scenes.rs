@@ -61,7 +61,7 @@ pub(super) fn any_form(dice: &mut Dice, size: f64) -> Form {
             ball(dice, radius, around, up, 0.1)
         }
         5 => {
-            // Unconnected triangles of all sizes.
+            // Unconnected triangles of random sizes.
             let vertices: Vec<Point3<f64>> = (0..60).map(|_| Point3::from(dice.vector(size))).collect();
             mesh(vertices, (0..20).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
         }

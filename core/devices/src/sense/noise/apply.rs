@@ -1,5 +1,5 @@
-//! The stages of noise, in order: shift, walk, random walk, white, uniform, outliers, clamp, step, inverse step,
-//! limits, dropout.
+//! The stages of noise, in order: shift, random walk, walk, white, density, uniform, outliers, clamp, step, inverse
+//! step, limits, dropout.
 //!
 //! The random numbers of an element depend only on the sensor's seed, the number of its previous measurements, the
 //! field's name, the stage and the element's index. They do not depend on earlier draws or on other sensors, so parts
@@ -50,7 +50,7 @@ pub(super) struct FieldPlan {
 pub(super) struct Measure<'a> {
     pub seed: u64,
     pub drawn: u64,
-    /// The field on which the polynomial depends, if it is not the field itself.
+    /// The field on which the polynomial of `sigma` depends, if it is not the field itself.
     pub of: Option<FieldNumbers<'a>>,
     /// The field that marks valid elements, and how many elements share one mark.
     pub valid: Option<(FieldNumbers<'a>, usize)>,
@@ -334,8 +334,8 @@ fn for_components(value: &mut [f64], size: &[f64], f: impl Fn(f64, f64) -> f64) 
     }
 }
 
-/// Adds normal numbers whose standard deviation is a polynomial in `x`; negative values of the polynomial are treated
-/// as 0.
+/// Adds normal numbers whose standard deviation is a polynomial in `x`. Nothing is added where the polynomial is
+/// negative or not finite.
 fn white(value: &mut [f64], x: &[f64], drawn: &[f64], sigma: &[Vec<f64>]) {
     let sum = |v: f64, s: f64, d: f64| if s > 0.0 && s < f64::INFINITY { v + s * d } else { v };
     let all = value.iter_mut().zip(x).zip(drawn);

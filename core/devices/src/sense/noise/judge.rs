@@ -1,5 +1,6 @@
-//! Statistical checks for tests. The seeds are fixed, so each check either always passes or always fails. The
-//! thresholds are chosen such that correct noise with a different seed would fail in less than one case in a thousand.
+//! Statistical checks for tests. The seeds are fixed, so each check either always passes or always fails. Each
+//! threshold is chosen such that correct noise with a different seed would exceed it in less than one case in a
+//! thousand.
 
 /// Returns the mean.
 pub fn mean(x: &[f64]) -> f64 {

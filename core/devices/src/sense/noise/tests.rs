@@ -285,7 +285,7 @@ fn a_field_has_its_own_numbers() {
     assert_eq!(read(both, 1, MANY), read("many.sigma = 1", 1, MANY), "noise of another field changes nothing");
     assert_ne!(read(both, 1, MANY), read(both, 1, OTHER));
     assert_ne!(read(both, 1, MANY), read(both, 2, MANY));
-    // An additional stage does not change the random numbers of this one.
+    // An additional stage does not change the random numbers of white noise.
     let with = read("many = { sigma = 1, dropout = 0.5 }", 1, MANY);
     let without = read("many.sigma = 1", 1, MANY);
     assert!(with.iter().zip(&without).all(|(a, b)| a == b || a.is_infinite()));

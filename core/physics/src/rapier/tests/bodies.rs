@@ -190,7 +190,7 @@ fn forms_rest_where_they_end() {
     }
 }
 
-/// The restitution of a pair is the product of both: 1 and 0.5 return half the speed, 1 and 0 none of it.
+/// The restitution of a pair is the product of both: 1 and 0.5 return half the speed, 0 and 0.5 none of it.
 #[test]
 fn bounces() {
     for (restitution, returned) in [(1.0, 0.5), (0.0, 0.0)] {

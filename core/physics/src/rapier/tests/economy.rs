@@ -1,4 +1,4 @@
-//! Tests that computations without effect on the result are skipped.
+//! Tests of measures that save computing time: hulls in boxes, and sub-steps halved only during fast swings.
 
 use std::sync::Arc;
 

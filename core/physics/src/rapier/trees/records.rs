@@ -22,7 +22,7 @@ pub(in crate::rapier) struct Mechanism {
     pub v: Vec<f64>,
     /// Efforts of the drives in the last sub-step, N m or N.
     pub carried: Vec<f64>,
-    /// Whether the mechanism is frozen because its state was no longer finite.
+    /// Whether the mechanism is frozen, because a state was not finite or its description is not a valid tree.
     pub frozen: bool,
     /// Data derived from the joints and bodies; `None` until it is built.
     #[serde(skip)]

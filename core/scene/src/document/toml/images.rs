@@ -25,7 +25,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Returns the number of the image in a file, which must be in the scene's folder or one of its subfolders.
+    /// Returns the number of the image in a file, which must be in or below one of the folders returned by [`roots`].
     fn image(&mut self, b: &mut Builder<'_>, name: &str) -> Result<i64> {
         let folder = self.text.file.parent().unwrap_or(Path::new("")).to_owned();
         let file = folder.join(name);
@@ -101,7 +101,8 @@ mod tests {
         }
         assert!(decode(b"no image").is_err());
         let mut huge = png(&Image::new(1, 1, vec![9; 4]).unwrap());
-        // These bytes are the columns and rows in the header; the image is then too large, and its checksum wrong.
+        // These bytes of the header are the numbers of columns and rows. The change makes the image too large and its
+        // checksum wrong.
         huge[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
         assert!(decode(&huge).is_err());
     }

@@ -37,7 +37,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Returns the number of the mesh in a file, which must be in the scene's folder or one of its subfolders.
+    /// Returns the number of the mesh in a file, which must be in or below one of the folders returned by [`roots`].
     fn mesh(&mut self, b: &mut Builder<'_>, name: &[u8]) -> Result<Value> {
         let name = String::from_utf8_lossy(name).into_owned();
         let folder = self.text.file.parent().unwrap_or(Path::new("")).to_owned();
@@ -94,7 +94,8 @@ fn only_mesh(document: &Document) -> Option<Mesh> {
     (!joined.triangles.is_empty()).then_some(joined)
 }
 
-/// Returns the folders in or below which files must be: the folder of the current file and that of the scene.
+/// Returns the folders that files can be read from, including subfolders: that of the current file and that of the
+/// scene.
 pub(super) fn roots(b: &Builder<'_>, folder: PathBuf) -> Vec<PathBuf> {
     let scene = b.document.file.as_ref().and_then(|f| f.parent()).map(PathBuf::from);
     [folder].into_iter().chain(scene).collect()

@@ -147,7 +147,7 @@ fn read_bytes(file: &Path, sources: &Sources) -> Result<Vec<u8>> {
 
 fn unreadable(file: &Path, why: &str) -> Error {
     Error::new("E105", format!("cannot read the scene {}: {why}", file.display()))
-        .help("specify the path of a scene file, such as one in `scenes/`")
+        .help("specify the path of a scene file, or the name of a scene that comes with Tatu: first/pioneer_avoids_walls.toml")
 }
 
 struct Reader<'a> {

@@ -10,7 +10,7 @@ use super::Reader;
 const EXPECTED: &str = "a plugin's id, with or without a version: \"org.author.imu\", \"org.author.imu >= 1.2\"";
 
 impl Reader<'_> {
-    /// Checks that all plugins that a scene, or a scene used as a model, requires are loaded.
+    /// Checks that all plugins that a scene, or a scene used as a model, requires are loaded in suitable versions.
     pub(super) fn needs(&self, scene: &dyn TableLike) -> Result {
         let Some(item) = scene.get("needs") else { return Ok(()) };
         let place = |item: Option<&toml_edit::Value>| match item.and_then(toml_edit::Value::span) {

@@ -103,8 +103,8 @@ impl Reader<'_> {
         })
     }
 
-    /// Records that the file of a model is being read. Fails if it is already being read, or if too many models are
-    /// nested.
+    /// Records that the file of a model is being read. Fails if the file is already being read, which means that the
+    /// model contains itself, or if the scene exceeds the limits of nested models.
     fn enter(&self, b: &mut Builder<'_>, id: &str, file: &Path, at: Option<Place>) -> Result {
         let full = canonical(file);
         if b.document.chain.contains(&full) {

@@ -1,5 +1,5 @@
-//! Writes a document as a scene file: all objects one by one, with only those properties that differ from the defaults.
-//! Scripts, meshes and images are separate files.
+//! Writes a document as a scene file, with one `[[object]]` table for each object. Properties that are not set, or that
+//! equal a fixed default, are left out. Scripts, meshes and images are written to separate files.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -34,8 +34,8 @@ pub struct Written {
 
 /// Writes a document. `folder` is the folder of separate files, relative to the scene file.
 ///
-/// Reading the result yields the same scene, with the same bits in every number. The objects of models and imports are
-/// written as single objects, with their unique names.
+/// Reading the result yields the same scene, with the same bits in every number, except for the properties in
+/// [`Written::left_out`]. The objects of models and imports are written as single objects, with their unique names.
 pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<Written> {
     // This copy is used only to look up the meaning of keys.
     let mut copy = document.clone();
@@ -255,7 +255,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Replaces the numbers of meshes in a value by file names.
+    /// Replaces the numbers of meshes and images in a value of `mesh` or `parts` by file names.
     fn with_files(&mut self, value: &Value, alias: &str) -> Value {
         match value {
             Value::Int(number) => Value::text(self.mesh(*number, alias)),
@@ -401,7 +401,7 @@ fn turned(q: &UnitQuaternion<f64>) -> String {
     format!("quaternion = {}", text(&value, 1.0).unwrap_or_default())
 }
 
-/// Writes a mesh as a PLY file, with full precision.
+/// Encodes a mesh as a PLY file, with full precision.
 fn ply(mesh: &Mesh) -> Vec<u8> {
     let places = if mesh.coordinates.is_empty() { "" } else { "property float s\nproperty float t\n" };
     let mut out = format!(

@@ -58,7 +58,7 @@ fn samples(offer: &mut Offer<Vrep>) {
             }
             let stream = match find(c, graph, TATU_FIGURE_STREAM, &name)? {
                 Some(stream) => stream,
-                // A stand-in for a graph has no streams, so the requested one is added.
+                // In a run without a scene, the substitute for a graph has no streams, so the requested one is added.
                 None if c.world().makes_stand_ins() => {
                     c.world().add_figure(graph, TATU_FIGURE_STREAM, &map(vec![("name", Value::text(&name))]))?
                 }

@@ -5,9 +5,9 @@ use crate::kit::*;
 
 /// Signal kind under which views are stored; scripts cannot access signals of this kind.
 const VIEWS: u32 = 64;
-/// Option of `adjustView` that only queries whether the view exists.
+/// Option of `sim.adjustView` that only queries whether the view exists.
 const ASK: i64 = 256;
-/// Option of `adjustView` that queries which object the view shows.
+/// Option of `sim.adjustView` that queries which object the view shows.
 const SHOWN: i64 = 512;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {

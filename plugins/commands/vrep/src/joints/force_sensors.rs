@@ -165,7 +165,8 @@ fn dependencies(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Adds commands for the pose of a joint's moving part. For other objects, the commands use the object's own frame.
+/// Adds commands for the pose of a joint's moving part. For other objects, the getter returns the identity, and the
+/// setter fails.
 fn child_poses(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectChildPose", |c| {

@@ -111,7 +111,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setJointTargetForce", |c| {
             let (joint, force, p, w) = (id(c, 0)?, c.f64(1)?, &c.plugin().p, c.world());
-            // Only force mode uses the sign, but a script can select this mode later, so the sign is always stored.
+            // Only force mode uses the sign, but a script can select this mode later, so the sign is stored in all
+            // modes.
             let signed = !c.has(2) || c.arg(2).truthy();
             write(c, p.joint_max_force, if signed { force } else { force.abs() })?;
             if signed {
@@ -192,13 +193,20 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getJointType", |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
-            let prismatic = text_of(c, joint, c.plugin().p.joint_type)? == "prismatic";
-            c.ret(if prismatic { 11_i64 } else { 10 });
+            c.ret(match text_of(c, joint, c.plugin().p.joint_type)?.as_str() {
+                "prismatic" => 11_i64,
+                "spherical" => 12,
+                _ => 10,
+            });
             Ok(())
         })
         .old_name("simGetJointType", MINUS)
         .param(object("joint"))
-        .returns(Param::int("type").text("10: sim.joint_revolute_subtype, 11: sim.joint_prismatic_subtype"))
+        .returns(
+            Param::int("type").text(
+                "10: sim.joint_revolute_subtype, 11: sim.joint_prismatic_subtype, 12: sim.joint_spherical_subtype",
+            ),
+        )
         .text("Returns the type of a joint: revolute, prismatic or spherical.")
         .example("turns = sim.getJointType(joint) == sim.joint_revolute_subtype"),
     );

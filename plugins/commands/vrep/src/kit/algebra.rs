@@ -76,7 +76,7 @@ pub(crate) fn about(axis: Vector, angle: f64) -> Option<Quaternion> {
     let (s, c) = libm::sincos(angle / 2.0);
     (n > 1e-12).then(|| [axis[0] / n * s, axis[1] / n * s, axis[2] / n * s, c])
 }
-/// Returns the axis of a rotation, and its angle from 0 to pi.
+/// Returns the axis of a rotation, and its angle from 0 to pi. The axis of the identity is z.
 pub(crate) fn axis_angle(q: Quaternion) -> (Vector, f64) {
     let q = if q[3] < 0.0 { q.map(|x| -x) } else { q };
     let v = [q[0], q[1], q[2]];

@@ -70,7 +70,8 @@ fn wrong_kind(c: &Shared<'_>, o: Object, wanted: i32) -> Fail {
         kind_name(wanted)
     ))
 }
-/// Returns the error for a failed access: the object does not exist, it has a different kind, or `fail` from the host.
+/// Returns the error for a failed access to an object: that it does not exist, that it is not of the kind `wanted`, or
+/// otherwise `fail`, the host's error.
 #[cold]
 pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
     match c.world().look(id) {

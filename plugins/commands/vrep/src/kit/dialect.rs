@@ -24,7 +24,7 @@ pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
         _ => (4, 9),
     }
 }
-/// Returns whether the command was called by a flat name; only for commands whose aliases are all flat.
+/// Returns whether the command was called by a flat name. Valid only for commands whose aliases are all flat.
 pub(crate) fn flat(c: &Shared<'_>) -> bool {
     c.alias() > 0
 }

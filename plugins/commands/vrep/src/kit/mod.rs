@@ -3,7 +3,8 @@
 //! - `plugin`: the plugin, and the types of its commands; `props`: interned property keys;
 //! - `declare`: commands under both names, common parameters; `arguments`: reads arguments, builds errors;
 //! - `dialect`: the version that a script was written for;
-//! - `algebra`: rotations and poses; `tables`: packs values into bytes; `tags`: custom data of objects.
+//! - `algebra`: rotations and poses; `tables`: packs values into bytes, and unpacks them; `foreign_tables`:
+//!   unpacks V-REP's own formats; `tags`: custom data of objects.
 
 pub(crate) mod algebra;
 mod arguments;

@@ -1,7 +1,7 @@
 //! Packs values into bytes, and unpacks them.
 //!
 //! The format is a marker byte followed by the value, which consists of a letter for its type and its little-endian
-//! bytes. Lists and maps start with their number of elements.
+//! bytes. Strings, lists and maps start with their length.
 
 use tatu_plugin_api::safe::{Fail, Result, Value};
 
@@ -61,7 +61,7 @@ fn write(v: &Value, out: &mut Vec<u8>) -> Result {
     Ok(())
 }
 
-/// Unpacks a value.
+/// Unpacks a value that this plugin or V-REP has packed.
 pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
     let garbage = || Fail::argument("the data is not a packed table");
     if data == STAND_IN {

@@ -1,5 +1,5 @@
-//! Data that script languages need for this API: constants, the prelude, modules, and marks of script kinds. This
-//! folder adds no commands.
+//! Data that script languages need for this API: constants, the prelude, modules, and words that identify script kinds.
+//! This folder adds no commands.
 
 mod constants;
 mod kinds;

@@ -23,7 +23,7 @@ local function dialect()
     then
         return "4.9"
     end
-    -- Names removed by 4.2, and old names mixed with new ones.
+    -- Names that 4.2 removed, and flat names in a script that also uses the namespace `sim`.
     if namespace and (has("sim_call_type", "sysCall_threadmain", "sysCall_jointCallback", "sysCall_contactCallback",
             "sysCall_dynCallback", "sysCall_addOnScriptRun", "sysCall_addOnScriptSuspend", "sysCall_addOnScriptResume")
         or has("sim.getObjectHandle", "sim.getObjectAssociatedWithScript", "sim.getScriptAssociatedWithObject",
@@ -110,7 +110,7 @@ for callback, value in pairs(common[era] or families[kind]) do
     reasons[callback] = value
 end
 if kind == "addon" then
-    -- These add-ons are run as a whole at the end of each pass, and at no other time.
+    -- An add-on without callbacks is run only for the callbacks of add-ons, not for those of a simulation.
     for callback in pairs(reasons) do
         reasons[callback] = families.addon[callback] and reasons[callback] or nil
     end
@@ -120,7 +120,8 @@ if kind == "main" then
     reasons.sensing, reasons.thread = nil, nil
 end
 
--- The parts of the constants' names that stand for these values.
+-- By kind of script, the last parts of the names of constants such as `sim_childscriptcall_cleanup`, and the callbacks
+-- whose values the constants have.
 local names = {
     main = {initialization = "init", cleanup = "cleanup", regular = "actuation"},
     child = {

@@ -1,4 +1,4 @@
-//! Registers the prelude that script languages run for scripts of this API.
+//! Registers the two preludes that script languages run for scripts of this API.
 
 use crate::kit::*;
 

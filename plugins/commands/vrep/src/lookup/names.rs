@@ -1,4 +1,4 @@
-//! Finds objects by old unique names, to which the suffix rule applies, and by paths.
+//! Finds objects by paths, and by old unique names, to which the suffix of the calling script is appended.
 
 use std::borrow::Cow;
 
@@ -43,7 +43,7 @@ pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
         .map_err(|e| if e.code() == TATU_ERR_MISSING { missing(c, &wanted, c.plugin().p.name) } else { e })
 }
 
-/// Like [`find`], but creates a missing object if the run creates stand-ins.
+/// Like [`find`], but creates a missing object in a run without a scene.
 pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     if is_path(name) {
         return find_path_or_ask(c, name, None);
@@ -54,7 +54,7 @@ pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     })
 }
 
-/// Like [`find_path`], but creates a missing object if the run creates stand-ins.
+/// Like [`find_path`], but creates a missing object in a run without a scene.
 pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
     find_path(c, path, base).or_else(|e| {
         let ask = || {
@@ -66,7 +66,8 @@ pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object
     })
 }
 
-/// Returns the parent for stand-ins with old names: the model to which the caller belongs, or 0 if there is none.
+/// Returns the object below which a missing object with a unique name is created: the base of the caller's model or, if
+/// there is none, the caller's object.
 fn above(c: &Ctx<'_>) -> tatu_object {
     let own = c.caller_object();
     match model(c, own) {
@@ -179,7 +180,8 @@ fn ordinal(path: &str) -> (&str, Option<usize>) {
         .unwrap_or((path, None))
 }
 
-/// Finds the `n`-th object below `at`, in breadth-first order, whose alias is the last part of a path.
+/// Finds the `n`-th object, from 0, whose alias is the last part of `path`, in breadth-first order below the object
+/// that the other parts identify, or below `at` if there are no other parts.
 pub(crate) fn nth_of_alias(c: &Ctx<'_>, at: tatu_object, path: &str, n: usize) -> Result<tatu_object> {
     let w = c.world();
     let (above, alias) = path.rsplit_once('/').unwrap_or(("", path));

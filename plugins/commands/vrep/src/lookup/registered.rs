@@ -1,18 +1,18 @@
-//! Finds collision objects and other entities that a scene registers by name. In runs without a scene, returns stand-in
-//! handles.
+//! Finds collision objects and other entities that a scene registers by name. In runs without a scene, missing entities
+//! have substitute handles.
 
 use super::names;
 use crate::kit::*;
 
-/// First stand-in handle.
+/// First substitute handle.
 const REGISTERED: i64 = 0x8_0000;
 
-/// Returns whether a number is a stand-in handle.
+/// Returns whether a number is the substitute handle of a missing entity.
 pub(crate) fn is_stand_in(c: &Ctx<'_>, handle: i64) -> bool {
     (REGISTERED..=REGISTERED + 0xFFFF).contains(&handle) && c.world().makes_stand_ins()
 }
 
-/// Returns the handle registered under a name, according to the suffix rule of old scripts.
+/// Returns the handle registered under a name, to which the suffix of the calling script is appended.
 pub(crate) fn by_name<'a>(
     c: &Ctx<'_>,
     name: &str,
@@ -23,8 +23,8 @@ pub(crate) fn by_name<'a>(
     Ok(all.clone().find(|(n, _)| *n == wanted).map(|(_, h)| h))
 }
 
-/// Returns the result of a lookup to the script, or an error if nothing was found. In a run that creates stand-ins, a
-/// missing entity yields a handle that does not refer to an object and is the same in each run.
+/// Returns the result of a lookup to the script, or an error if nothing was found. In a run without a scene, a missing
+/// entity yields a handle that does not refer to an object and is the same in each run.
 pub(crate) fn answer_handle(c: &mut Ctx<'_>, name: &str, what: &str, found: Option<i64>) -> Result {
     match found {
         Some(found) => c.ret(found),

@@ -57,7 +57,7 @@ pub(crate) fn code(key: &str) -> Option<(i64, i64)> {
     let mut chars = name.chars();
     let code = match (chars.next(), chars.next()) {
         _ if held & CTRL != 0 => find(WITH_CTRL).or_else(|| find(NAMED))?,
-        // The code is the Latin-1 code of the character that the key produces.
+        // The code is the code point of the character that the key produces.
         (Some(c), None) => i64::from(u32::from(c)),
         _ => find(NAMED).or_else(|| name.parse().ok().filter(|n| *n >= 0))?,
     };

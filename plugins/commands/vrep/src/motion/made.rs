@@ -9,7 +9,7 @@ use crate::{
     state::motions::{Answer, Listener, Motion, Mover},
 };
 
-/// Returns the first `n` numbers of a table, or a single number repeated `n` times.
+/// Returns the numbers of a table, or a single number repeated `n` times.
 fn several(v: ValueRef<'_>, n: usize) -> Vec<f64> {
     match v.as_f64() {
         Some(x) => vec![x; n],
@@ -195,7 +195,7 @@ pub(super) fn to_object(c: &Ctx<'_>) -> Result<Motion> {
     let p = if what & 1 != 0 { al::position(&goal) } else { al::position(&from) };
     let q = if what & 2 != 0 { al::rotation(&goal) } else { al::rotation(&from) };
     let to = al::pose(p, q);
-    // The velocity is the fraction of the motion per second.
+    // The velocity is a fraction of the motion per second.
     let v = if c.has(4) { c.f64(4)?.abs().max(1e-6) } else { 1.0 };
     let angle = al::axis_angle(al::turn(q, al::conjugate(al::rotation(&from)))).1.abs();
     let way = al::length(al::sub(p, al::position(&from))).max(1e-9);

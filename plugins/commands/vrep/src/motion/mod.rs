@@ -1,7 +1,8 @@
-//! Commands on motions: profiles that scripts advance, and motions for which a thread waits.
+//! Motion commands: profiles that a script advances itself, and motions that block the calling thread until they
+//! finish.
 //!
-//! - `profile`: computes profiles; `profiles`: commands on profiles;
-//! - `moves`: commands on motions; `made`: interprets their arguments.
+//! - `profile`: computes profiles; `profiles`: the profile commands;
+//! - `moves`: the blocking motion commands; `made`: interprets their arguments.
 
 mod made;
 mod moves;

@@ -1,4 +1,5 @@
-//! Commands on motions for which threads wait: `sim.moveToConfig`, `sim.moveToPose` and their older equivalents.
+//! Motion commands that block the calling thread (`sim.moveToConfig`, `sim.moveToPose` and their older equivalents),
+//! and commands with which a script advances such a motion itself.
 //!
 //! Each motion is a [`Motion`] stored under a number; a step advances its profile, moves its objects, and calls its
 //! callback.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Unit {
     jerk: f64,
-    /// Duration of a segment with jerk, s.
+    /// Duration of a segment with nonzero jerk, s.
     tj: f64,
     /// Duration of the whole acceleration phase, s.
     ta: f64,

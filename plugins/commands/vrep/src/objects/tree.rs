@@ -161,7 +161,8 @@ fn base(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     Ok(living(c, i)?.id)
 }
 
-/// Stand-ins that are created if a search by type finds no object, as pairs of V-REP type and kind of stand-in.
+/// V-REP types, and the kinds of the substitute objects that a run without a scene creates if a search by type finds no
+/// object.
 const STAND_INS: &[(i64, &str)] = &[(0, "shape"), (1, "joint"), (5, "proximity/1"), (12, "force_sensor")];
 
 /// Returns the objects of a V-REP type at and below `base`.

@@ -116,7 +116,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let (start, count) = (int_or(c, 1, 0)?, int_or(c, 2, 0)?);
                 let skip = usize::try_from(int_or(c, 3, 0)?).unwrap_or(0);
                 let bytes = c.bytes(0)?;
-                // The stand-in for a script parameter is the text "1", not packed data, so it is unpacked to zeros.
+                // In a run without a scene, a missing script parameter is replaced with the string "1", which is not
+                // packed data; it is unpacked to zeros.
                 let stands_in = bytes == b"1" && c.world().makes_stand_ins();
                 let bytes = if stands_in { STAND_IN } else { bytes };
                 let values = unpack(e, bytes.get(skip..).unwrap_or_default(), start, count);

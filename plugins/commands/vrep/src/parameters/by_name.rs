@@ -149,7 +149,8 @@ fn target_of(c: &Ctx<'_>) -> Result<tatu_object> {
 enum Kept<'a> {
     /// Custom data under this tag.
     Block(&'a str),
-    /// Private custom data under this tag: a `customData` value that is not a buffer, or a signal of another type.
+    /// Private custom data under this tag: a `customData` value that is not a buffer, or a signal that is a boolean or
+    /// a list of numbers.
     Other(String),
     /// A signal of this kind and name, which belongs to the world or to an object.
     Signal(u32, &'a str),
@@ -236,7 +237,8 @@ fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
     }))
 }
 
-/// Pairs of a V-REP property name and the key of a Tatu property that cannot be derived from it.
+/// Pairs of a V-REP property name and the key of a Tatu property to which it can refer, in addition to the keys that
+/// `candidates` derives from the name.
 const RENAMED: &[(&str, &str)] = &[
     ("simulationTime", "scene.time"),
     ("simulation.time", "scene.time"),

@@ -1,7 +1,7 @@
 //! Parameters of objects by number, as in `sim.getObjectInt32Param(box, sim.shapeintparam_static)`.
 //!
-//! If an object has no parameter with the given number, a getter returns no value. A getter called by its old name
-//! returns 1 and the value, or only 0 if there is no such parameter.
+//! If an object has no parameter with the given number, a getter returns no value. The older getters, such as
+//! `sim.getObjectInt32Parameter`, return 1 and the value, or only 0 if there is no such parameter.
 
 use super::targets;
 use crate::{
@@ -215,7 +215,7 @@ fn control(c: &Ctx<'_>, joint: tatu_object) -> Result<String> {
 }
 
 /// Returns the control mode that results from setting parameter `n`: 2000 switches the motor, 2001 switches position
-/// control, 2039 selects a mode.
+/// control, 2039 selects a mode. Returns `None` for an unsupported mode.
 fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
     Some(match (n, value) {
         (2000, 0) => "free",

@@ -214,8 +214,8 @@ fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
 /// The shape of a path, in the frame of the path object.
 struct Path {
     points: Vec<Pose>,
-    /// For each control point, the fractions of the adjacent segments that are rounded, before and after it, and the
-    /// number of points of the arc. Empty if corners are not rounded.
+    /// For each control point, the fractions of half the adjacent segments that are rounded, before and after it, and
+    /// the number of positions on the rounding. Empty if corners are not rounded.
     rounding: Vec<[f64; 3]>,
     closed: bool,
 }
@@ -304,8 +304,8 @@ fn write(c: &Ctx<'_>, id: tatu_object, path: &Path) -> Result {
     tags::set_private(c, id, "path", Some(text.as_bytes()))
 }
 
-/// Advances an object along a path, and is called again in each step. The word passed to the wait is the key of the
-/// motion in `follows`.
+/// Advances an object along a path by one step. The host calls this again in each step until the motion ends; the
+/// number passed to `wait_steps` is the key of the motion in `follows`.
 fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
     let (w, dt) = (c.world(), c.world().f64(0, c.plugin().p.dt)?);
     let word = match c.resumed() {

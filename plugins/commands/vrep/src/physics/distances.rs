@@ -93,8 +93,9 @@ impl Way {
     }
 }
 
-/// Returns the shortest segment between the shapes of two entities, or `None` if one of them has no shapes. If `limit`,
-/// m, is greater than 0, segments longer than `limit` are ignored.
+/// Returns the shortest segment between the shapes of two entities. If `limit`, m, is greater than 0, segments longer
+/// than `limit` are ignored. Returns `None` if there is no such segment: one of the entities has no shapes, the second
+/// one contains the first, or both are the whole scene.
 pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<Way>> {
     let (first, second) = match (first, second) {
         (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),

@@ -122,7 +122,8 @@ fn chosen(c: &Ctx<'_>, sort: Sort, which: i64) -> Result<Vec<Pair>> {
     }
 }
 
-/// Evaluates a pair, and returns the closest segment that was found.
+/// Evaluates a pair. Returns the two closest shapes and their distance, or `None` if the entities do not collide or,
+/// for a distance object, are farther apart than its threshold.
 fn look(c: &Ctx<'_>, sort: Sort, pair: &Pair) -> Result<Option<Found>> {
     let entity = |handle: i64| -> Result<Entity> {
         match handle {

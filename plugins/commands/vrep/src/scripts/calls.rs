@@ -149,7 +149,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if found.is_none() {
                 found = given(c, &key)?;
             }
-            // In a run without a scene, "1" stands in for the missing parameter.
+            // In a run without a scene, "1" replaces the missing parameter.
             if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
                 found = Some(b"1".to_vec());
             }
@@ -200,8 +200,8 @@ fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object>
     };
     let found = all.iter().find(of_kind).copied();
     if found.is_none() && owner != 0 && kind == "child" {
-        // In a run without a scene, other objects have no scripts at first. The failed lookup is recorded so that the
-        // object has a script in the next attempt.
+        // In a run without a scene, objects that replace missing ones have no scripts at first. Report the failed
+        // lookup, so that the host can add a script in the next attempt.
         c.world().missed_script(owner);
     }
     Ok(found.unwrap_or(0))
@@ -268,8 +268,8 @@ fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<
     if owner == 0 { Ok(None) } else { tags::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
 }
 
-/// Returns the scripts that argument 0 selects: one script, all scripts, or those of the descendants or ancestors of
-/// the caller's object.
+/// Returns the scripts that argument 0 selects: one script, all scripts, or those of the caller's object and its
+/// descendants or ancestors.
 fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let own = c.caller_object();
     let owners = match c.i64(0)? {

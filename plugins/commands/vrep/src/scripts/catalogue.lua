@@ -1,9 +1,9 @@
--- Functions that must be written in Lua because they modify their arguments in place or run code.
+-- Functions that must be written in Lua because they modify their arguments in place, run code or return functions.
 local _ = ...
 -- Local copies, because scripts can redefine these globals.
 local load, pcall, setmetatable = load, pcall, setmetatable
 
--- `sim.invertMatrix` modifies its argument in place; it accepts poses as well.
+-- `sim.invertMatrix` modifies its argument in place.
 rawset(sim, 'invertMatrix', function(matrix)
     local inverse = sim.getInvertedMatrix(matrix)
     for i = 1, 12 do
@@ -12,7 +12,7 @@ rawset(sim, 'invertMatrix', function(matrix)
     return 1
 end)
 
--- Runs code in this script, for sim.executeScriptString. Returns whether it succeeded, and its first result.
+-- Runs code in this script, for sim.executeScriptString. Returns whether it succeeded, and its results or the error.
 function _tatu_execute(text)
     local chunk, why = load('return ' .. text, '=string', 't')
     if not chunk then

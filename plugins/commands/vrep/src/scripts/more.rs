@@ -123,7 +123,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the text before `@`, and the script that is named after the `@` or identified by argument `i`.
+/// Returns the text before `@`, and the script that is named after the `@` or identified by argument `i`, or the caller
+/// if the argument is missing.
 fn target_of(c: &Ctx<'_>, text: &str, i: usize) -> Result<(String, tatu_object)> {
     let by_type = c.arg(i).as_i64().is_some_and(|n| scripts::kind_of(n).is_some());
     match text.rsplit_once('@') {

@@ -87,7 +87,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
             match found {
                 Some(h) => c.ret(h),
-                // In a run without a scene, an empty collection stands in for a missing one.
+                // In a run without a scene, an empty collection replaces a missing one.
                 None if c.world().makes_stand_ins() => {
                     let made = state(c)?.collections.add(name);
                     c.ret(made);

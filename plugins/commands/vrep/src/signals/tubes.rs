@@ -82,8 +82,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // After a wait, the command is called again with the resume word, which is the tube's number plus one, because 0
-    // means that there was no wait.
+    // When the thread resumes, the command is called again with the resume word, which is the tube's number plus 1,
+    // because 0 means that this is the first call.
     let tube = match c.resumed() {
         0 => c.i64(0)?,
         word => word as i64 - 1,

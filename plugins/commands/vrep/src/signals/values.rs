@@ -2,7 +2,7 @@
 
 use crate::kit::*;
 
-/// Kinds of signals (integer, float, string), numbered as in `getSignalName`.
+/// Kinds of signals (integer, float, string), numbered as in `sim.getSignalName`.
 pub(crate) const KINDS: [u32; 3] = [0, 1, 2];
 
 const INTEGER: u32 = KINDS[0];
@@ -85,7 +85,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
             if !v.is_nil() {
                 c.ret(v);
             } else if c.world().stands_in(0, &format!("signal {kind} {}", c.text(0)?)) {
-                // In a run without a scene, a neutral value stands in for the missing signal.
+                // In a run without a scene, a neutral value replaces the missing signal.
                 match kind {
                     0 => c.ret(1_i64),
                     1 => c.ret(1.0),

@@ -194,7 +194,8 @@ fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
                 2
             }
         }
-        // Revision, compilation type, visible page, engine, ports of remote services; all other parameters are 0.
+        // Compilation version, physics engine, first port of remote services, number of these ports; all other
+        // parameters are 0.
         4 => 2,
         8 => 0,
         9 => 19_997,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-/// First handle of a collection, above the handles of objects in any realistic scene.
+/// Handles of collections are greater than this, and so differ from the handles of objects in any realistic scene.
 pub(crate) const FIRST: i64 = 0xE_0000;
 
 /// A collection with its name and the parts that define its objects.

@@ -1,5 +1,4 @@
-//! State of the plugin in each world, as plain data. Everything more complex than a number has its own file; these
-//! files do not depend on commands.
+//! State of the plugin in each world, as plain data. Larger parts of the state have their own files.
 
 pub(crate) mod collections;
 pub(crate) mod consoles;
@@ -51,7 +50,7 @@ pub(crate) struct Inner {
     pub(crate) parameters: BTreeMap<(tatu_object, Vec<u8>), Vec<u8>>,
     /// Names of the signals for which threads wait, by resume word.
     pub(crate) waits: BTreeMap<u64, Vec<u8>>,
-    /// How many random numbers have been returned.
+    /// Number of random numbers returned so far.
     pub(crate) drawn: u64,
     pub(crate) error_report_mode: i64,
     pub(crate) selection: Vec<tatu_object>,
@@ -66,7 +65,7 @@ pub(crate) struct Inner {
     pub(crate) work: BTreeMap<tatu_object, Work>,
     /// Active motions by number.
     pub(crate) motions: BTreeMap<i64, Motion>,
-    /// How many motions have been started.
+    /// Number of motions started so far, including those along paths.
     pub(crate) moved: i64,
     /// Objects that follow a path: object, path, components to apply (1: position, 2: orientation), fraction of the
     /// path, velocity (m/s).

@@ -77,7 +77,7 @@ pub(crate) struct Registered {
     pub(crate) windows: Windows,
     /// Objects by their handles in the file.
     objects: BTreeMap<i64, tatu_object>,
-    /// Results of pairs with explicit handling, by the handle of the pair.
+    /// Results of the pairs that a script has handled, by the handle of the pair.
     pub(crate) found: BTreeMap<i64, Option<Found>>,
 }
 

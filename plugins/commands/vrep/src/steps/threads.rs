@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.wait", |c| {
             let now = c.world().f64(0, c.plugin().p.time)?;
-            // After the wait, the command is called again with the end time as resume word.
+            // When the thread resumes, the command is called again with the end time as resume word.
             let until = match c.resumed() {
                 0 => now + c.f64(0)?.max(0.0),
                 word => f64::from_bits(word),
@@ -62,8 +62,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Adds commands on time slices of threads, which script languages implement (`prelude.lua`). The commands here serve
-/// callers that are not threads: they have no effect and return 0.
+/// Adds commands on the scheduling of threads. Script languages replace those on time slices with their own functions
+/// (`prelude.lua`), so the commands here serve callers that are not threads: they have no effect, and return fixed
+/// values such as 0. Only `sim.getThreadId` distinguishes threads.
 fn slices(offer: &mut Offer<Vrep>) {
     let zero = |c: &mut Ctx<'_>| {
         c.ret(0_i64);
@@ -163,8 +164,8 @@ fn slices(offer: &mut Offer<Vrep>) {
 }
 
 fn wait_for_signal(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // When the command is called again after a wait, its arguments are no longer available; the word is the key of the
-    // stored name.
+    // When the thread resumes and the command is called again, its arguments are no longer available; the resume word
+    // is the key of the stored name.
     let name = match c.resumed() {
         0 => c.bytes(0)?.to_vec(),
         word => state(c)?.waits.remove(&word).unwrap_or_default(),

@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if is_one(c, o.id) {
                 let view = View::of_object(c, o)?;
                 if view.sequence == 0 {
-                    // The sensor's latest reading is not visible yet.
+                    // The sensor has no reading that scripts can see yet.
                     return Ok(());
                 }
                 settled(c, &view)?;

@@ -19,7 +19,8 @@ const TAG: &[u8] = b"vision.filters";
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Filter {
     pub kind: i64,
-    /// Bits: 1: the filter is enabled, 2: its packet is not added to the results, 4: it does not trigger the sensor.
+    /// Bits: 1: the filter is enabled. V-REP's bits 2 (its packet is not added to the results) and 4 (it does not
+    /// trigger the sensor) are stored, but have no effect.
     pub options: i64,
     pub bytes: Vec<i64>,
     pub ints: Vec<i64>,
@@ -322,7 +323,7 @@ mod tests {
         assert_eq!(flipped, [1.0, 0.5, 0.25, 0.0]);
     }
 
-    /// Pixels near a colour (26) or in the middle (22) remain; removed pixels are moved to the buffer.
+    /// Pixels near a colour (26) or in the middle (22) remain; if requested, removed pixels are copied to the buffer.
     #[test]
     fn colours_and_parts_are_kept() {
         let rgb = [255, 0, 0, 0, 255, 0, 250, 5, 0, 0, 0, 255];

@@ -10,8 +10,7 @@ use super::{
 };
 use crate::{kit::*, state::state};
 
-/// Returns the results for a sensor's current image. If the filters and callbacks have not processed this image yet,
-/// runs them first.
+/// Returns the results for a sensor's current image. If the filters have not processed this image yet, runs them first.
 pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     let kept = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
     match kept {

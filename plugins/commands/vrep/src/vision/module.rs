@@ -15,7 +15,7 @@ use crate::{kit::*, state::state};
 enum Arg {
     /// A number.
     Float(&'static str),
-    /// A table with the given number of numbers; 0: a single number, which is a factor.
+    /// A table of numbers of the given length; 0: a single number, which is a factor.
     Floats(&'static str, u32),
     /// A table of two integers.
     Pair(&'static str),

@@ -187,8 +187,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.loadImage", "simLoadImage"], NIL, |c| {
             let each = each_of(c.i64(0)?);
             let given = c.bytes(1)?;
-            // An argument with a zero byte is the content of a file, because image files always contain a zero byte and
-            // file names never do.
+            // An argument with a zero byte is the content of a file, because file names never contain one. Almost all
+            // image files do.
             let picture = if given.contains(&0) {
                 decode(given, each)?
             } else {

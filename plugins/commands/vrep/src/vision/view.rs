@@ -23,7 +23,7 @@ pub(crate) struct View {
     pub time: f64,
     /// Distances of the near and the far plane, m.
     pub planes: [f64; 2],
-    /// Whether the object replaces a sensor of a missing scene, and therefore measures nothing.
+    /// Whether the object is a dummy or camera that represents a sensor, and therefore measures nothing.
     pub blind: bool,
 }
 
@@ -60,7 +60,8 @@ impl View {
             });
         }
         let made = tags::number(c, id, "vision.columns")?;
-        // Only a dummy or camera can stand in for a sensor. Shapes, joints and other sensors are rejected, as in V-REP.
+        // In a run without a scene, a dummy or camera can replace a sensor. Shapes, joints and other sensors are
+        // rejected, as in V-REP.
         let stands_in = matches!(o.kind, TATU_KIND_DUMMY | TATU_KIND_CAMERA) && c.world().makes_stand_ins();
         if made.is_none() && !stands_in {
             return Err(Fail::argument(format!("object {} `{}` is not a vision sensor", o.handle(), path(c, id))));

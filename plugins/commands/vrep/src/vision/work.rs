@@ -65,7 +65,7 @@ impl Work {
             }
         }
     }
-    /// Combines a buffer with the image, and stores the result in the buffer.
+    /// Combines a buffer with the image, value by value, and stores the results, clamped to 0..1, in the buffer.
     pub fn write_buffer(&mut self, which: usize, f: impl Fn(f32, f32) -> f32) {
         for (p, b) in self.image.iter().zip(&mut self.buffers[which]) {
             for (x, y) in p.iter().zip(b) {
@@ -82,7 +82,8 @@ impl Work {
             *p = all[r * self.columns + c];
         }
     }
-    /// Stretches the values so that the smallest one becomes 0 and the greatest one 1.
+    /// Stretches the values so that the smallest one becomes 0 and the greatest one 1; a uniform image remains
+    /// unchanged.
     pub fn normalize(&mut self) {
         let all = self.image.as_flattened();
         let (least, most) = all.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
@@ -125,7 +126,8 @@ impl Work {
         }
         n as f64 / self.image.len().max(1) as f64
     }
-    /// Returns the white pixels' fraction of the image, their centre and orientation, and their roundness, 0 to 1.
+    /// Returns the fraction of pixels that are white, their centre x and y as fractions of the image's sides, their
+    /// orientation, rad, and their roundness, 0 to 1.
     pub fn moments(&self) -> [f64; 5] {
         let spot: Vec<usize> = (0..self.image.len()).filter(|i| intensity(&self.image[*i]) > 0.5).collect();
         if spot.is_empty() {
@@ -223,8 +225,9 @@ pub(super) fn coordinates(
 }
 
 /// Finds blobs of pixels whose intensity exceeds a threshold. Returns their number and the number 6, then for each blob
-/// its fraction of the image, orientation (rad), centre x and y, width and height along that orientation, all as
-/// fractions of the image's sides. Also returns a label per pixel.
+/// its fraction of the image, orientation (rad), and centre x and y, width and height along that orientation as
+/// fractions of the image's sides. Also returns the label of each pixel: the number of its blob, from 1 and counting
+/// omitted blobs, or 0.
 ///
 /// Pixels that touch at a side or corner are connected. Blobs smaller than `least` (a fraction of the image) are
 /// omitted; the others are in the order of their lowest, leftmost pixel.
@@ -271,7 +274,7 @@ pub(super) fn blobs(work: &Work, threshold: f32, least: f64) -> (Vec<f64>, Vec<u
     (out, label)
 }
 
-/// Returns orientation, centre, width and height of a blob.
+/// Returns the orientation of a blob, rad, and its centre, width and height as fractions of the image's sides.
 fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
     let places = || spot.iter().map(|i| ((i % w) as f64 + 0.5, (i / w) as f64 + 0.5));
     let n = spot.len() as f64;

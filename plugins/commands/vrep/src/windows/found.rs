@@ -8,7 +8,7 @@ use crate::{
     },
 };
 
-/// First handle of a window that is created by a script, or as a stand-in.
+/// First handle of a window that a script creates, or that replaces a missing one in a run without a scene.
 const FIRST: i64 = 2_069_000;
 
 pub(super) fn of_window<T>(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Window) -> T) -> Result<T> {
@@ -17,7 +17,7 @@ pub(super) fn of_window<T>(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Win
     found.map(change).ok_or_else(|| Fail::missing(format!("there is no window {which}")))
 }
 
-/// Applies `change` to a button. In a run that creates stand-ins, a missing button is added to the window.
+/// Applies `change` to a button. In a run without a scene, a missing button is added to the window.
 pub(super) fn of_button<T>(c: &Ctx<'_>, which: i64, button: i64, change: impl FnOnce(&mut Button) -> T) -> Result<T> {
     let stand_in = c.world().makes_stand_ins();
     let found = of_window(c, which, |w| {

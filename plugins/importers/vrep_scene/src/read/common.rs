@@ -22,7 +22,7 @@ pub struct Common {
     pub alias: Option<String>,
     /// Unique name, with its suffix.
     pub name: Option<String>,
-    /// Bits that affect the user interface.
+    /// Bits that affect the user interface and, in files from before 2011, hide the object.
     pub object_property: i32,
     /// Whether the file contained `object_property`.
     pub has_object_property: bool,
@@ -136,9 +136,10 @@ impl Common {
         self.alias.clone().unwrap_or_else(name)
     }
 
-    /// Returns the layers in the form in which programs since 2011 store them.
+    /// Returns the layers, converted to the 16 bits that program versions since 2011 store.
     pub fn layers(&self) -> u16 {
-        // Before 2011, a bit of the object property hid objects.
+        // Program versions from before 2011 store 8 layers, and hide an object by clearing a bit of its object
+        // property.
         let hidden = self.has_object_property && self.object_property & 4 == 0;
         if hidden && self.layer < 256 { self.layer << 8 } else { self.layer }
     }

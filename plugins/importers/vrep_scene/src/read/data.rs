@@ -27,7 +27,7 @@ impl CustomData {
     pub fn tagged(&self) -> &BTreeMap<String, Vec<u8>> {
         if self.new.is_empty() { &self.old } else { &self.new }
     }
-    /// Returns data of developers, by header number.
+    /// Returns the data of versions before 3.3, by the header number of the developer who stored it.
     pub fn numbered(&self) -> &BTreeMap<i32, Vec<u8>> {
         &self.numbered
     }

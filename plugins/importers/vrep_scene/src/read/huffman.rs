@@ -47,7 +47,7 @@ impl Bits<'_> {
     }
 }
 
-/// Reads the tree; returns its inner nodes and the index of the root, or a leaf.
+/// Reads the tree; returns its inner nodes and its root, which is the index of a node, or a leaf.
 fn tree(bits: &mut Bits<'_>) -> Option<(Vec<Node>, u16)> {
     let mut nodes: Vec<Node> = Vec::new();
     // The branches to fill, as node and side. The stack is explicit, so that deep trees cannot overflow the call stack.
@@ -131,7 +131,7 @@ pub fn unpack(packed: &[u8], size: usize) -> Read<Vec<u8>> {
     Ok(out)
 }
 
-/// Packs data in the original's format; for tests, which build their own files.
+/// Packs data in the format that `unpack` reads; for tests, which build their own files.
 #[cfg(test)]
 pub fn pack(data: &[u8]) -> Vec<u8> {
     let mut bits: Vec<bool> = Vec::new();

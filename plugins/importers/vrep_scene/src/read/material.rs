@@ -88,7 +88,7 @@ pub const TAGS: &[Tag<Material>] = tags!(Material {
     "Vo4" | "_o4" => |m, c, _| Ok(m.vortex = EngineBlock::read(c)?),
 });
 
-/// Older elements that the same file also contains in the newer form listed above.
+/// Known elements that are not used: older forms of elements listed above, and those for the user interface.
 pub const IGNORED: &[&str] = &["Bcv", "Vo2", "Vo3", "Cv2", "Uis", "Ups"];
 
 /// Reads the elements of a material.

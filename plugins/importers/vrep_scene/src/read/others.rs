@@ -139,7 +139,7 @@ pub struct Stream {
     pub name: String,
     /// Id of the stream, unique within its graph.
     pub id: i32,
-    /// Kind of the recorded data, as a constant of the original's API; before 4.0.
+    /// Kind of the recorded data, as a constant of V-REP's API; before 4.0.
     pub data: i32,
     /// Handle of the object whose data is recorded; before 4.0.
     pub object: i32,

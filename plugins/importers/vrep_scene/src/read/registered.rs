@@ -147,7 +147,7 @@ pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
 /// A button, label, slider or edit field of a window.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Button {
-    /// Flags for type and appearance, as defined by the original's API.
+    /// Flags for type and appearance, as defined by V-REP's API.
     pub attributes: i32,
     /// Handle of the button, unique within its window.
     pub handle: i32,
@@ -168,7 +168,7 @@ pub struct Window {
     pub handle: i32,
     /// Handle of the object to which the window belongs; -1: no object.
     pub object: i32,
-    /// Flags for the behaviour, as defined by the original's API.
+    /// Flags for the behaviour, as defined by V-REP's API.
     pub attributes: i32,
     /// Numbers of columns and rows of the grid on which buttons are placed.
     pub cells: [i32; 2],

@@ -132,7 +132,7 @@ impl Script {
         }
     }
 
-    /// Returns the source as UTF-8; a first line that only names the language is blanked.
+    /// Returns the source as UTF-8. A first line `--lua`, which only names the language, is blanked.
     pub fn code(&self) -> String {
         let text = decode(&self.text);
         let (first, rest) = text.split_once('\n').unwrap_or((text.as_str(), ""));

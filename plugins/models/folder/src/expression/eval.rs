@@ -11,7 +11,7 @@ pub type Names = BTreeMap<String, Value>;
 /// Maximum total number of values that the lists `[... for ...]` of an expression can compute.
 const MOST_VALUES: usize = 10_000;
 
-/// The names that a part of an expression can use.
+/// The names that a part of an expression can use, and the limits on its results.
 #[derive(Clone, Copy)]
 pub struct Scope<'a> {
     names: &'a Names,
@@ -148,7 +148,7 @@ fn named(name: &str, names: &Scope<'_>) -> Result<Value> {
     }
 }
 
-/// Returns the value of a boolean, or an error that calls a value of another type `what`.
+/// Returns the value of a boolean. For a value of another type, returns an error in which `what` describes its role.
 pub fn truth(value: &Value, what: &str) -> Result<bool> {
     match value {
         Value::Bool(b) => Ok(*b),
@@ -192,6 +192,7 @@ fn scaled(value: Value, f: &dyn Fn(f64) -> Result<f64>, operator: &str) -> Resul
 }
 
 /// Applies an arithmetic operator to numbers, to lists of equal length element by element, or to a list and a number.
+/// `+` also concatenates strings.
 fn arithmetic(operator: &str, left: Value, right: Value) -> Result<Value> {
     match (left, right) {
         (Value::Number(a), Value::Number(b)) => number(operator, a, b).map(Value::Number),

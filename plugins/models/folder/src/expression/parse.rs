@@ -22,7 +22,7 @@ const DEEPEST: usize = 60;
 const LONGEST: usize = 64 << 10;
 
 /// An expression. A sequence of operators or of indices is one node, so that the depth of a tree is limited by that of
-/// the parser's recursion; evaluation and drop are recursive, too.
+/// the parser's recursion. This matters because trees are evaluated and dropped recursively.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Tree {
     Number(f64),
@@ -59,9 +59,10 @@ struct Parser<'a> {
     depth: usize,
 }
 
-/// Binary operators, from the weakest binding to the strongest. Within a level, longer ones come first.
+/// Binary operators except `^`, from the weakest binding to the strongest. Within a level, `<=` precedes `<`, because
+/// the parser uses the first operator that matches.
 const LEVELS: &[&[&str]] = &[&["or"], &["and"], &["==", "!=", "<=", ">=", "<", ">"], &["+", "-"], &["*", "/", "%"]];
-/// The level of comparisons; `not` binds more weakly.
+/// Index of the comparisons in `LEVELS`; `not` binds more weakly than they do.
 const COMPARES: usize = 2;
 
 impl Parser<'_> {

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use super::value::Value;
 use crate::wrong::{Result, Wrong};
 
-/// Maximum total size of the values that expressions sharing one room can compute, including intermediate values;
+/// Maximum total size of the values that expressions sharing one [`Room`] can compute, including intermediate values;
 /// `size` defines the size of a value.
 const MOST: usize = 4 << 20;
 /// Maximum nesting depth of lists, slightly less than that of TOML parsers.
@@ -22,7 +22,7 @@ impl Default for Room {
 }
 
 impl Room {
-    /// Subtracts the size of a value; returns an error if the limit is exceeded.
+    /// Subtracts the size of a value; returns an error if the limit is exceeded or the value is nested too deeply.
     pub fn take(&self, value: &Value) -> Result {
         let left = self.0.get().checked_sub(size(value, 0)?);
         let wrong = || Wrong::new(format!("expressions compute more than {MOST} numbers and characters"));

@@ -4,7 +4,7 @@ use tatu_plugin_api::safe;
 
 use crate::wrong::{Result, Wrong};
 
-/// Maximum length of a string in messages; longer strings are truncated.
+/// Maximum length of a string in messages, bytes; longer strings are truncated to this number of characters.
 const LONGEST: usize = 80;
 
 /// The value of a parameter, constant or expression.
@@ -34,7 +34,7 @@ impl Value {
         }
     }
 
-    /// Formats the value as TOML, on one line.
+    /// Formats the value as TOML, on one line. Returns an error if a number is not finite.
     pub fn to_toml(&self) -> Result<String> {
         Ok(match self {
             Value::Number(x) if x.is_finite() => format!("{x:?}"),
@@ -45,7 +45,7 @@ impl Value {
         })
     }
 
-    /// Converts a TOML value; returns `None` for dates and tables.
+    /// Converts a TOML value; returns `None` for dates and tables, and for arrays that contain them.
     pub fn of_toml(value: &toml_edit::Value) -> Option<Value> {
         use toml_edit::Value as T;
         Some(match value {

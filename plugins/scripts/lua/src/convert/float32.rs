@@ -1,5 +1,4 @@
-//! Rounding to 32-bit floats. Before version 4.5 of the original, scripts and commands exchanged numbers in this
-//! format.
+//! Rounding to 32-bit floats. Before CoppeliaSim 4.5, scripts and commands exchanged numbers in this format.
 
 use mlua_sys::*;
 use tatu_plugin_api::abi::*;

@@ -159,7 +159,8 @@ impl Reader<'_> {
         }
     }
 
-    /// Fast path for tables whose keys are 1 to n in order, as in almost all arrays of numbers.
+    /// Converts a table of numbers whose keys Lua traverses in the order 1 to n, as in almost all arrays of numbers.
+    /// Returns `None` for all other tables, which the slow path converts.
     unsafe fn numbers(&mut self, idx: i32, n: usize) -> Option<tatu_value> {
         let l = self.l;
         lua_rawgeti(l, idx, 1);

@@ -16,8 +16,8 @@ pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
     }
 }
 
-/// Returns the files and lines of the running calls, innermost first, without allocating memory in Lua. For calls in a
-/// coroutine of the script, the line is the one that resumed the coroutine.
+/// Returns the files and lines of at most 16 running calls, innermost first, without allocating memory in Lua. For
+/// calls in a coroutine of the script, the line is the one that resumed the coroutine.
 unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     let l = s.running.get();
     let mut places = Vec::new();

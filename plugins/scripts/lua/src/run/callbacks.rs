@@ -1,7 +1,8 @@
 //! Finds and runs the callbacks of a script.
 //!
-//! The style is decided after the script has run once, in the callback `init`: either it defines a function per
-//! callback, or the whole script is run again for each callback, with a global that identifies the callback.
+//! Unless the preludes determine the style, it is decided after the script has run once, in the callback `init`: either
+//! the script defines a function per callback, or the whole script is run again for each callback, with a global that
+//! identifies the callback.
 
 use std::sync::Arc;
 

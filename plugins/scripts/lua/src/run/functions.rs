@@ -12,7 +12,7 @@ use crate::{
 const KEPT: u32 = 1 << 31;
 
 /// Registers the function at `idx` as borrowed. The returned id is valid until `release_borrowed_since` is called with
-/// a lower id.
+/// a lower id, or until `release_borrowed` is called.
 ///
 /// # Safety
 /// The stack must have two free slots. May raise a Lua error.
@@ -79,7 +79,7 @@ pub(super) unsafe fn look(l: *mut lua_State, local: u32) {
     lua_replace(l, -2);
 }
 
-/// Converts a borrowed function to a kept one, and returns its new id.
+/// Converts a borrowed function to a kept one, and returns its new id, or 0 if that is not possible.
 pub(crate) fn keep(s: &State, local: u32) -> u32 {
     let mut id = 0;
     // SAFETY: `protect` calls the closure with a live thread and free stack slots, catches Lua errors, and resets the

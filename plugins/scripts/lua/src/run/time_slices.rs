@@ -1,8 +1,8 @@
 //! Time slices: a thread that does not yield is preempted after a number of instructions, and continues in the next
 //! step.
 //!
-//! In the original, threads run for some milliseconds at a time; here, slices are counted in instructions, so that runs
-//! are reproducible. Only the plugin's own coroutines (callback "thread") are preempted, never those of scripts.
+//! In V-REP, threads run for some milliseconds at a time; here, slices are counted in instructions, so that runs are
+//! reproducible. Only the plugin's own coroutines (callback "thread") are preempted, never those of scripts.
 
 use std::mem::MaybeUninit;
 

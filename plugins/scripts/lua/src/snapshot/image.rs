@@ -101,7 +101,7 @@ pub(super) struct Image {
     pub strings: Vec<Vec<u8>>,
     /// Sources that the script loaded: chunk name and source.
     pub texts: Vec<(Vec<u8>, Vec<u8>)>,
-    /// Objects, with the numbers that scripts are shown instead of the addresses.
+    /// Objects, with the numbers that `tostring` returns in place of their addresses.
     pub numbers: Vec<(u32, i64)>,
     pub plugin_data: PluginData,
 }

@@ -149,8 +149,8 @@ impl Saver {
         self.baseline.get(&(lua_topointer(l, idx) as usize)).copied()
     }
 
-    /// Saves the data that is not reachable from objects: the numbers shown instead of addresses. Refuses to save
-    /// waits.
+    /// Saves the data that is not reachable from objects: the numbers that `tostring` prints in place of addresses.
+    /// Refuses the snapshot while a thread function or coroutine is waiting.
     unsafe fn rest(&mut self, l: *mut lua_State) {
         let waits =
             [(reg::THREADS, "its thread function is waiting"), (reg::WAITS, "one of its coroutines is waiting")];

@@ -11,7 +11,7 @@ use crate::lua_internals::{self, INSTRUCTION, Meter};
 /// it more often adds little.
 pub(crate) const HOOK_INTERVAL: u64 = 1000;
 
-/// Budget of the running call. All numbers are in units, see `lua_internals`.
+/// Budget of the running call. Amounts are in units (see `lua_internals`), unless another unit is stated.
 pub(crate) struct Account {
     /// The counter in Lua's own memory.
     meter: Cell<*const Meter>,

@@ -80,7 +80,7 @@ pub(crate) struct State {
     pub scratch: RefCell<Vec<u8>>,
     /// Library functions that this plugin wraps.
     pub originals: Originals,
-    /// Errors of waits that their coroutines have not received yet.
+    /// Errors with which waits have ended, by token, until the waiting coroutines receive them.
     pub failed: RefCell<BTreeMap<u64, Fail>>,
     /// Files and lines at which memory last ran out, innermost first.
     pub memory_positions: RefCell<Vec<(String, u64)>>,

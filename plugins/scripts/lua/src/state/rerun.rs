@@ -108,8 +108,8 @@ impl Rerun {
         }
         lua_pop(l, 2);
     }
-    /// Pushes the list of the names of these globals, and caches it, because creating the strings takes longer than a
-    /// lookup.
+    /// Pushes the list of the names of the globals that are set for each run (`variable` and `script`), and caches it,
+    /// because creating the strings takes longer than a lookup.
     unsafe fn cache_names(&self, l: *mut lua_State) {
         lua_createtable(l, 1 + self.script.len() as i32, 0);
         push(l, &self.variable);

@@ -6,7 +6,7 @@ use mlua_sys::lua_State;
 
 use super::account::HOOK_INTERVAL;
 
-/// Number of instructions that correspond to a millisecond of a time slice in the original.
+/// Number of instructions that correspond to a millisecond of a time slice in V-REP.
 pub(crate) const PER_MS: f64 = 20_000.0;
 /// Default slice length, in instructions: 2 ms.
 const DEFAULT: u64 = 40_000;

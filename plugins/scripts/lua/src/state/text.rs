@@ -23,7 +23,7 @@ pub(crate) enum Style {
 /// Rules that preludes declare for scripts.
 #[derive(Default)]
 pub(crate) struct Rules {
-    /// Prefix and suffix of callback functions.
+    /// Pairs of a prefix and a suffix, between which the name of a callback yields that of the script's function.
     pub functions: Vec<(Vec<u8>, Vec<u8>)>,
     /// Further names of callback functions: (callback, function).
     pub aliases: Vec<(Vec<u8>, Vec<u8>)>,

@@ -21,6 +21,8 @@ const CLOSED: usize = 0;
 const CONSOLE: usize = 1;
 const FIRST: usize = 2;
 
+/// Installs the library `io`.
+///
 /// # Safety
 /// Must run in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {

@@ -11,6 +11,8 @@ use crate::{
     state::{self, State, preludes, push_scratch},
 };
 
+/// Installs `require`, `dofile`, `loadfile` and the table `package`.
+///
 /// # Safety
 /// Must run in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {
@@ -202,7 +204,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
     lua_settop(l, 2);
     let module = bytes(l, 1);
     let exact = preludes(s).find(|(name, _)| !name.is_empty() && *name == module);
-    // The original finds its files case-insensitively on two of its three platforms, and scripts rely on this.
+    // On two of its three platforms, V-REP finds files regardless of case, and scripts rely on this.
     let found = exact.or_else(|| preludes(s).find(|(name, _)| !name.is_empty() && name.eq_ignore_ascii_case(module)));
     if let Some((_, text)) = found {
         push(l, b"=");

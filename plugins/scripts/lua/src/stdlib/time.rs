@@ -31,6 +31,8 @@ const MONTHS: [&str; 12] = [
     "December",
 ];
 
+/// Installs the library `os`.
+///
 /// # Safety
 /// Must run in protected mode, while the state is created.
 pub(crate) unsafe fn open(l: *mut lua_State) {

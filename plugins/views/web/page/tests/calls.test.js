@@ -58,7 +58,7 @@ test("reasons are for people", () => {
   assert.equal(reason({ error: "no such object", help: "look again" }), "no such object; look again");
 });
 
-/** A way of delivery that ends when told. */
+/** Returns a delivery function and the values that it received. `end` and `fail` settle its oldest pending promise. */
 function slow() {
   const sent = [];
   const ends = [];

@@ -11,7 +11,7 @@ function near(got, wanted, within = 1e-9) {
   got.forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) <= within, `[${got}] is not [${wanted}]`));
 }
 
-/** The product of two turns, the second of them first. */
+/** Returns the product of two rotations; the second one is applied first. */
 function times([x, y, z, w], [a, b, c, d]) {
   return [w * a + x * d + y * c - z * b, w * b - x * c + y * d + z * a, w * c + x * b - y * a + z * d, w * d - x * a - y * b - z * c];
 }
@@ -79,7 +79,7 @@ test("layers are raised by their elevation, and not joined", () => {
   near(points.slice(9, 12), [-2 * Math.sin(0.1) * Math.cos(up), 1, 2 * Math.cos(0.1) * Math.cos(up)]);
 });
 
-/** A parent that is moved and turned, and an object in it. */
+/** Poses of a translated and rotated parent in the world frame, and of an object in the frame of this parent. */
 const PARENT = [1, 2, 3, ...fromDegrees([10, 20, 90])];
 const LOCAL = [0.5, 0, 0.25, ...fromDegrees([0, 0, 30])];
 const OF = { world: compose(PARENT, LOCAL), local: LOCAL };

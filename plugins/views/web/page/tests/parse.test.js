@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { BINARY, eachEntry, image, mesh, timeOf } from "../parse.js";
 
-/** A frame with entries as functions that write themselves and return where they end. */
+/** Builds a frame. Each entry is a function that writes the entry at an offset and returns the offset of its end. */
 function frame(time, ...entries) {
   const view = new DataView(new ArrayBuffer(1024));
   view.setUint8(0, 1);
@@ -88,7 +88,7 @@ test("a mesh", () => {
   assert.deepEqual([...read.triangles], [0, 2, 1]);
 });
 
-/** An image of one column and two rows. */
+/** Parses an image of one column and two rows; `write` writes its pixels. */
 function picture(depth, write) {
   const view = new DataView(new ArrayBuffer(16 + (depth ? 8 : 6)));
   view.setUint8(0, 3);

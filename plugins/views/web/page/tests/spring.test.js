@@ -3,7 +3,10 @@ import { test } from "node:test";
 
 import { LEAST, MOST, between, grown, pull, steadied, turning } from "../spring.js";
 
-/** Pulls a body along x, with what is seen of it a tenth of a second late; friction is a deceleration. */
+/**
+ * Simulates pulling a body along x towards `to`, m. The position and speed that determine the force are 0.1 s old;
+ * `friction` is a deceleration, m/s^2.
+ */
 function drag({ mass, to, seconds, friction = 0 }) {
   const dt = 0.05;
   let [x, v, bound, farthest] = [0, 0, LEAST, 0];

@@ -8,7 +8,7 @@ import { deflateRawSync } from "node:zlib";
 
 import { pack, unzip } from "../zip.js";
 
-/** An archive of files, packed or as they are. */
+/** Builds a zip archive of files, which are deflated unless `packed` is false. */
 function archive(files) {
   const local = [];
   const central = [];

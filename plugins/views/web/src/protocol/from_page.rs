@@ -23,7 +23,7 @@ pub(crate) enum FromPage {
         file: String,
         part: String,
         last: bool,
-        /// The folder for the file: the answer to a `folder` request. Without it, the file is a single one.
+        /// The folder for the file: the answer to a `folder` request. Omitted if the file was dropped alone.
         #[serde(default)]
         #[cfg_attr(test, ts(optional))]
         folder: Option<String>,
@@ -58,9 +58,9 @@ pub(crate) enum FromPage {
     Watch { of: u32, values: Vec<Watched> },
     /// Requests data for overlays from now on: contacts, and the masses, inertias and velocities of bodies.
     Overlays { contacts: bool, bodies: bool },
-    /// If `on` is set, starts a film at the next start of the simulation, or immediately during a run. Otherwise ends
-    /// the film; the answer is the film as a page in base64, or null if the simulation has not run, and the simulation
-    /// time at which the film became too large, or null.
+    /// If `on` is set, starts to record a film at the next start of the simulation, or immediately during a run.
+    /// Otherwise ends the recording; the answer is the film as a page in base64, or null if the simulation has not run,
+    /// and the simulation time at which the film became too large, or null.
     Film { id: u32, on: bool },
     /// Requests the list of all commands.
     Commands {},
@@ -111,7 +111,7 @@ impl FromPage {
             _ => None,
         }
     }
-    /// Parses a request.
+    /// Parses a request. An error names the invalid field, and contains the `id` of the request if it has one.
     pub(crate) fn read(text: &str) -> Result<FromPage, Refused> {
         let refuse = |text: String, of| Err(Refused { text, of });
         let mut fields = match serde_json::from_str(text) {

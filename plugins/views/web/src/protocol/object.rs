@@ -31,7 +31,7 @@ pub(crate) struct Object {
     /// The kind of a sensor, such as `proximity`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) sensor: Option<String>,
-    /// The schema of a sensor's readings; omitted if the page does not show them.
+    /// The schema of a sensor's readings; omitted if the readings have no fields.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) schema: Option<Schema>,
     /// The detection volume of a sensor.
@@ -53,9 +53,10 @@ pub(crate) struct Object {
 pub(crate) struct Texture {
     /// The hash of the image, which is sent in a separate message.
     pub(crate) image: String,
-    /// The kind of projection: `plane`, `cylinder`, `sphere` or `box`.
+    /// The kind of projection: `plane`, `cylinder`, `sphere`, `box`, or `mesh` for the texture coordinates of a mesh.
     pub(crate) mapping: String,
-    /// Width and height of the image on the surface, m.
+    /// Width and height of the image on the surface, m. For `cylinder` and `sphere`, the width is in revolutions; for
+    /// `sphere`, the height is in half revolutions; for `mesh`, both are in texture coordinates.
     #[cfg_attr(test, ts(as = "[f64; 2]"))]
     pub(crate) size: Vec<f64>,
     /// Pose of the projection in the frame of the part: position (m) and quaternion (x y z w).
@@ -130,7 +131,8 @@ pub(crate) enum Schema {
     Fields,
 }
 
-/// The detection volume of a sensor; lengths in m, angles in rad. Infinite values are omitted.
+/// The detection volume of a sensor; lengths in m, angles in rad. Infinite values, and values that do not exist for the
+/// kind of sensor, are omitted.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub(crate) struct Volume {

@@ -37,7 +37,7 @@ pub(crate) enum Reading {
         /// Position in the world frame, m.
         position: Vec<f64>,
     },
-    /// The short fields of any other sensor, by name.
+    /// The fields of any other sensor that have at most 16 elements, by name.
     Fields {
         #[cfg_attr(test, ts(as = "BTreeMap<String, Vec<Option<f64>>>"))]
         fields: BTreeMap<String, Vec<Option<f64>>>,

@@ -78,7 +78,7 @@ pub(crate) enum ToPage {
         contacts: Vec<ContactMark>,
         bodies: Vec<BodyMark>,
     },
-    /// The properties of an object, and the short fields of its last reading.
+    /// The properties of an object, and the fields of its last reading that have at most 16 elements.
     Details {
         object: u32,
         rows: Vec<Row>,
@@ -134,12 +134,12 @@ pub(crate) struct Edits {
     /// Path of the scene's file; `on_disk` is whether the file exists and may be overwritten.
     pub(crate) file: String,
     pub(crate) on_disk: bool,
-    /// Unix time, s, of a copy of unsaved edits that a crashed program has left.
+    /// Unix time, s, of a copy of unsaved edits that a crashed program has left; null if there is none.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub(crate) recovery: Option<i64>,
 }
 
-/// A property of an object, or a short field of its last reading.
+/// A property of an object, or a field of its last reading that has at most 16 elements.
 #[derive(Debug, Clone, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Row {
@@ -184,7 +184,7 @@ pub(crate) struct SceneFile {
     pub(crate) section: Section,
     /// The path by which an `open` request opens the scene.
     pub(crate) file: String,
-    /// The first paragraph of the comment at the beginning of the file.
+    /// The first paragraph of the comment at the beginning of the file, up to "Try:".
     pub(crate) about: String,
     /// The suggestion in that comment: the text after "Try:".
     #[serde(rename = "try")]

@@ -128,7 +128,7 @@ impl Pair<'_> {
     }
 }
 
-/// Returns the parameters and commands that differ.
+/// Returns the parameters and commands of a device whose values have changed, with their new values.
 fn params(was: &DeviceSpec, is: &DeviceSpec, builder: &Builder<'_>, object: usize) -> Vec<(String, Value)> {
     let kind = builder.document.objects[object].kind;
     let info = builder.registry.device(kind, is.kind);

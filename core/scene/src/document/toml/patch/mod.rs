@@ -3,7 +3,7 @@
 //! - this module: [`patch`], which runs one round; `edited`: its input and output;
 //! - `diff`: differences between a document and the edited scene that was created from it;
 //! - `entries`: the table of the file that describes an object;
-//! - `tables`: changes of tables; `removed`: removal of tables; `added`: objects that are not in the file yet;
+//! - `tables`: changes to tables; `removed`: removal of tables; `added`: objects that are not in the file yet;
 //!   `scripts`: scripts and their files.
 //!
 //! An object that a table describes is changed in that table. Changes below the base of a model are listed in `[set]`,

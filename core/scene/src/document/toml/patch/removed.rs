@@ -1,4 +1,4 @@
-//! Removal of objects from the file that were removed from the scene.
+//! Removal of tables and keys whose objects were removed from the scene.
 
 use toml_edit::Item;
 
@@ -66,7 +66,7 @@ impl Writer<'_> {
     /// Removes keys of `[set]` whose objects were removed, and renames those whose paths have changed.
     pub fn clean_set(&mut self) {
         let document = self.edited.document;
-        // Paths in `[set]` contain the aliases that objects have before it is applied.
+        // Paths in `[set]` contain the aliases that objects have before `[set]` is applied.
         let (mut base, slots) = document.instantiate();
         for (object, alias) in &document.replaced_aliases {
             base.set_name(slots[*object], alias, -1);

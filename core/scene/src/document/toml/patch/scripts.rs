@@ -6,8 +6,8 @@ use super::{super::value_text::quoted, diff::same_kind, tables::Writer};
 use crate::document::{NORMAL, PRIORITIES, ScriptSpec, entry::Entry};
 
 impl Writer<'_> {
-    /// Writes the scripts of an object: to their existing files if only texts differ and no other object uses the
-    /// files, otherwise to new files.
+    /// Writes the scripts of an object: to their existing files if only the source code differs and no other script
+    /// uses the files, otherwise to new files.
     pub fn scripts(&mut self, entry: &Entry, object: usize, scripts: &[ScriptSpec]) {
         let then = &self.edited.document.objects[object].scripts;
         let dialect = &self.edited.settings.dialect;

@@ -1,4 +1,4 @@
-//! Changes of tables of a scene file.
+//! Changes to the tables of a scene file.
 
 use std::collections::BTreeSet;
 
@@ -21,10 +21,10 @@ use crate::{
     to_euler,
 };
 
-/// Inverse of the resolution of written positions (m) and angles (degrees).
+/// Factors by which positions (m) and angles (degrees) are multiplied before they are rounded to integers for writing.
 const DIGITS: (f64, f64) = (1e9, 1e7);
 
-/// Changes the tables of a file.
+/// Writes the differences of an edited scene to the tables of its file.
 pub struct Writer<'a> {
     pub doc: &'a mut DocumentMut,
     pub edited: &'a Edited<'a>,
@@ -154,7 +154,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes a declared property or parameter.
+    /// Writes a declared property or parameter: to the object's own table if `direct` is set, otherwise to `[set]`.
     fn declared(
         &mut self,
         entry: &Entry,
@@ -297,7 +297,7 @@ impl Writer<'_> {
         lists.flatten().filter_map(Table::position).max().unwrap_or(0)
     }
 
-    /// Returns all objects of the scene, parents before children.
+    /// Returns the slots of all objects of the scene, parents before children.
     pub fn in_order(&self) -> Vec<u32> {
         let scene = self.edited.scene;
         let (mut out, mut ahead) = (Vec::new(), scene.roots().iter().rev().copied().collect::<Vec<u32>>());
