@@ -109,7 +109,7 @@ fn run(args: &Sweep) -> Result<usize> {
     Ok(failed.into_inner())
 }
 
-/// Converts a row to JSON. Values that depend on the machine come last.
+/// Converts a row to JSON, and adds the values that depend on the machine.
 fn row_json(row: &Row, wall: f64, host: &str) -> Value {
     let mut out = json!(row);
     out["wall_s"] = json!(wall);

@@ -13,6 +13,11 @@ _SUFFIXES = (".toml", ".ttt", ".urdf")
 _PARTS = {"models", "parts", "plugin"}
 
 
+def _is_part(name: str) -> bool:
+    # Hidden folders contain edits that have not been saved.
+    return name in _PARTS or name.startswith(".")
+
+
 def scenes() -> List[str]:
     """Return the names of the scenes that come with the package; `World` accepts them instead of a path."""
     found = set()
@@ -20,7 +25,7 @@ def scenes() -> List[str]:
         found.update(
             path.relative_to(folder).as_posix()
             for path in folder.rglob("*")
-            if path.suffix in _SUFFIXES and not _PARTS.intersection(path.relative_to(folder).parts) and path.is_file()
+            if path.suffix in _SUFFIXES and not any(map(_is_part, path.relative_to(folder).parts)) and path.is_file()
         )
     return sorted(found)
 

@@ -236,10 +236,10 @@ def test_use_out_of_turn():
         env.step([0.0, 1.0])
     vector = VectorEnv(text=SLED, num_envs=2, autoreset_mode="Disabled", env={"seconds": 0.05})
     vector.reset(seed=1)
-    vector.step(np.zeros((2, 1)))
-    for wrong in (np.zeros((1, 2)), np.zeros((2, 2)), [[0.0], [0.0, 1.0]]):
+    for wrong in (np.zeros((3, 1)), np.zeros((2, 2)), [[0.0], [0.0, 1.0]]):
         with pytest.raises(ValueError, match="the actions"):
             vector.step(wrong)
+    vector.step(np.zeros((2, 1)))
     with pytest.raises(gymnasium.error.ResetNeeded, match="world 0 is over"):
         vector.step(np.zeros((2, 1)))
     with pytest.raises(ValueError, match="`reset_mask` must be an array of 2 bools"):

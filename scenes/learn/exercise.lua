@@ -1,11 +1,11 @@
--- Checks the goals of an exercise in each step, and reports those that are reached. The goals are the lines of the
--- custom data `exercise.goals` of this object; docs/guide/exercises.md describes their syntax.
+-- Checks the goals of an exercise in each step, and reports which of them are reached or have failed. The goals are the
+-- lines of the custom data `exercise.goals` of this object; docs/guide/exercises.md describes their syntax.
 
 local goals
 -- The simulation time at the end of the last step, s.
 local now = 0
 
--- Returns the object at a path; if there is none, raises an error with the line of the goal.
+-- Returns the object at a path. Raises an error that quotes the line of the goal if there is no such object.
 local function object(path, line)
     local found = sim.getObject(path, {noError = true})
     if found == -1 then
@@ -22,12 +22,13 @@ local function position(o)
     return sim.getObjectPosition(o, -1)
 end
 
--- Converts a number in a line; if it is invalid, raises an error with the line of the goal.
+-- Parses a number in a line. Raises an error that quotes the line of the goal if the number is invalid.
 local function amount(text, line)
     return tonumber(text) or error('the goal "' .. line .. '": ' .. text .. ' is not a number', 0)
 end
 
--- Types of conditions: a pattern, and a function that creates from its captures the function that checks the condition.
+-- Types of conditions: a pattern, and a function that takes the line and the captures of the pattern and returns the
+-- function that checks the condition.
 local conditions = {
     {'^(/%S+) within ([%d.]+) m of (/%S+)$', function(line, a, reach, b)
         a, b, reach = object(a, line), object(b, line), amount(reach, line)
@@ -81,7 +82,7 @@ local conditions = {
     end},
 }
 
--- Parses a line with a goal: `[TEXT:] [never] CONDITION [for S s] [before S s]`.
+-- Parses the line of a goal: `[TEXT:] [never] CONDITION [for S s] [before S s]`.
 local function read(line)
     local text, rest = line:match('^(.*):%s+(.+)$')
     local goal = {text = text or line, state = 'open', since = nil}
@@ -155,7 +156,7 @@ end
 function sysCall_cleanup()
     for _, goal in ipairs(goals or {}) do
         if goal.state == 'open' then
-            -- At the end of the run, a condition that must never hold counts as reached.
+            -- A condition that must never be met has not been met by the end of the run, so its goal is reached.
             ends(goal, goal.never and 'reached' or 'failed')
         end
     end

@@ -63,9 +63,8 @@ fn run(args: &Test) -> Result<Outcomes> {
     scenes::run(&folder, &plugins, limit, &mut out)?;
     if out.is_empty() {
         let only = args.only.as_ref().map_or(String::new(), |name| format!(" with `{name}` in its name"));
-        return Err(Error::new("E620", format!("{} has no test{only}", folder.display())).expected(
-            "files in the folder `tests`: tests in C (`*.c`), scenes (`*.toml`), or those of a crate (`*.rs`)",
-        ));
+        return Err(Error::new("E620", format!("{} has no tests{only}", folder.display()))
+            .expected("tests in C (`tests/*.c`), test scenes (`tests/*.toml`), or a crate with tests (`Cargo.toml`)"));
     }
     Ok(out)
 }

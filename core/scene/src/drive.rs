@@ -96,10 +96,10 @@ impl Drive {
                 keys.wrong("joints", "a non-empty list of paths, left and right alternating")
             }
             Form::Ackermann if !paired(&drive.joints) && !single(&drive.joints) => {
-                keys.wrong("joints", "a list of paths, left and right alternating, or a single path for both")
+                keys.wrong("joints", "a list of one path, or of an even number of paths, left and right alternating")
             }
             Form::Ackermann if !paired(&drive.steering) && !single(&drive.steering) => {
-                keys.wrong("steering", "a list of paths, left and right alternating, or a single path for both")
+                keys.wrong("steering", "a list of one path, or of an even number of paths, left and right alternating")
             }
             Form::Omni if mecanum && drive.joints.len() != 4 => {
                 keys.wrong("joints", "four paths, front left, front right, rear left, rear right, or set `angles`")

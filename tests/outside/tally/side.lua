@@ -17,7 +17,7 @@ function sysCall_actuation()
     -- Parallel scripts cannot call commands with state per world. The first actuation after `init` runs alone.
     if turned then
         local done, why = pcall(tally.add, 'scripts')
-        assert(not done and tostring(why):find('side by side'), why)
+        assert(not done and tostring(why):find('side_by_side'), why)
     end
     turned = (turned or 0) + 1
 end

@@ -74,7 +74,7 @@ fn standard_output_carries_json_and_nothing_else() {
     let failing = Place::scene(&watcher("a", "function sysCall_init() error('mine') end"));
     let done = failing.tatu(&["run", "scene.toml", "--steps", "2"]);
     assert_eq!(done.code, 1);
-    done.tells(&["mine", "1 error(s)"]);
+    done.tells(&["mine", "1 distinct error(s)"]);
 }
 
 #[test]

@@ -125,7 +125,7 @@ fn a_sensor_that_writes_what_it_must_not_is_switched_off() {
 fn what_a_plugin_changes_of_the_process_is_put_back_and_told() {
     let mut all = vec![
         ("folder", "changed the working folder of the process"),
-        ("signal", "changed what SIGUSR1 does"),
+        ("signal", "changed the action of SIGUSR1"),
         ("output", "changed standard output (closed or exchanged)"),
         ("thread", "`scene.pose` was called for a world that does not exist, or from a thread that is not the world's"),
     ];

@@ -100,7 +100,7 @@ fn what_cannot_be_loaded_is_not_installed() {
     for (name, words) in [
         ("abi", &["it was built for ABI 7."][..]),
         ("crash", &["it crashes (SIGSEGV) in `tatu_plugin.init`"]),
-        ("none", &["so no `tatu_plugin`"]),
+        ("none", &["therefore no `tatu_plugin`"]),
     ] {
         let file = format!("mine/libtatu_{name}.so");
         let done = install(&place, &[&file]);

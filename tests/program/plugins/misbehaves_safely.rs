@@ -82,7 +82,7 @@ fn a_command_beside_others_changes_nothing_but_drives() {
             -- In the first step they run one after the other.
             if sim.getSimulationTime() == 0 then return end
             local ok, why = pcall(misbehaves_safely.set, self)
-            assert(not ok and tostring(why):find('side by side'), why)
+            assert(not ok and tostring(why):find('side_by_side'), why)
         end
         ''' }\n";
     let looker = |name: &str| format!("[[object]]\nkind = \"dummy\"\nalias = \"{name}\"\n{script}");

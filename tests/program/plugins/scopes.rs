@@ -116,6 +116,7 @@ fn null_is_refused_wherever_something_is_expected() {
     let done = place.run(&["--steps", "2"]);
     assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
     assert_eq!(done.err.matches("was refused:").count(), 30, "{}", done.err);
-    let of_world = |e: &serde_json::Value| e["message"].as_str().is_some_and(|m| m.contains("null for its world"));
+    let of_world =
+        |e: &serde_json::Value| e["message"].as_str().is_some_and(|m| m.contains("with a null pointer as the world"));
     assert!(done.errors().iter().all(of_world), "{}", done.err);
 }

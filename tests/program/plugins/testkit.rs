@@ -99,7 +99,7 @@ fn the_page_s_tests_in_c_and_its_scene_pass() {
     let tested = test(&place, "hello", &["--only", "doubles"]);
     assert_eq!((tested.code, tested.json["passed"].as_u64()), (0, Some(1)));
     let tested = test(&place, "hello", &["--only", "trebles"]);
-    assert!(tested.code == 2 && tested.err.contains("no test with `trebles`"), "{}", tested.err);
+    assert!(tested.code == 2 && tested.err.contains("no tests with `trebles`"), "{}", tested.err);
     // The human-readable output has one line per test.
     let lines = place.tatu(&["plugin", "test", "hello"]).good().out;
     assert!(

@@ -246,7 +246,7 @@ except Exception as e:
 "#,
     ));
     assert!(told.is_empty(), "{told}");
-    // Functions of clients also work in tables, and in commands that wait for steps.
+    // Functions of clients can also be passed inside tables, and to commands that wait for steps.
     let told = good(&client(
         &python,
         &served,
@@ -271,7 +271,7 @@ def waits(a, b):
         client.step()
         raise SystemExit('no error')
     except Exception as e:
-        assert 'cannot step' in str(e), e
+        assert 'cannot request a step' in str(e), e
 sim.testCB(1, waits, 2, 0)
 goal = [1, 0, 0, 0, 0, 0, 1]
 sim.moveToPose({'object': dummy, 'targetPose': goal, 'maxVel': [2.0], 'maxAccel': [4.0], 'maxJerk': [80.0],

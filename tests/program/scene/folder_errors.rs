@@ -60,10 +60,10 @@ fn errors_in_declarations_are_at_their_line() {
     refused(length, "default = \"=2 + 2\"", &["E111", "4 is not within 0.1 to 2"]);
     refused(length, "default = \"='a'\"", &["E111", "`default`: expected a number, found the string 'a'"]);
     refused(length, "default = \"=look\"", &["E111", "no parameter or number `look`"]);
-    refused("range = [0.1, 2.0]", "range = [2.0, 0.1]", &["E111", "2 is greater than 0.1"]);
+    refused("range = [0.1, 2.0]", "range = [2.0, 0.1]", &["E111", "the minimum 2 is greater than the maximum 0.1"]);
     refused("numbers.paint]", "numbers.pi]", &["E111", "`pi` is a reserved name in expressions"]);
     refused("numbers.paint]", "numbers.length]", &["E111", "`length` is both a parameter and a number"]);
-    refused("params.look]", "params.alias]", &["E111", "`alias` is a key of every placed model"]);
+    refused("params.look]", "params.alias]", &["E111", "`alias` cannot be a parameter"]);
     lacks("source = \"estimate: a quarter of the length\"", "value = 0.1", &["E111", "`wheel_radius` has no `source`"]);
     refused("base = \"body\"", "base = \"bodi\"", &["E111", "no object has the alias `bodi`", "did you mean `body`?"]);
     let arm = "model = \"claw\"\nalias = \"arm\"\nreach_m = \"=length / 4\"";

@@ -471,7 +471,7 @@ fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
     ];
     let done = place.tatu(&args).good();
     for words in [
-        "`table` is planar",
+        "`table` has the type planar",
         "the mesh `a.dae` is ignored: the file does not exist",
         "1 x <transmission>",
         "`light`: the link can move but has no mass: 0.020 kg is assumed",

@@ -98,8 +98,8 @@ const CHILDREN: [&str; 4] = ["child B", "child A", "child C", "child D"];
 const LASTING: [&str; 4] = ["cust B", "cust A", "add-on", "sandbox"];
 const ALL: [&str; 8] = ["child B", "child A", "child C", "child D", "cust B", "cust A", "add-on", "sandbox"];
 
-/// Returns the lines of a complete normal step. `thread` contains the lines that the thread of C prints before the
-/// actuation of C.
+/// Returns the lines of a complete normal step. `thread` contains the endings of the lines `thread of child C...` that
+/// are printed before the actuation of C.
 fn whole(at: &str, thread: &[&str]) -> Vec<String> {
     let mut out = calls(&ALL, "beforeMainScript", at);
     for name in ALL {

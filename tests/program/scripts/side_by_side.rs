@@ -140,9 +140,12 @@ fn what_goes_wrong_in_them_is_told_in_their_order() {
     // r09 has been restarted, but r11 has not.
     let third = lines[3].join("\n");
     assert!(third.contains("r09 1:") && !third.contains("r11 ") && third.contains("r38 3:"), "{third}");
-    for (object, what) in
-        [("/r03", "lost"), ("/r05", "sim.setObjectPosition"), ("/r15", "wait"), ("/r19", "instructions for a call")]
-    {
+    for (object, what) in [
+        ("/r03", "lost"),
+        ("/r05", "sim.setObjectPosition"),
+        ("/r15", "wait"),
+        ("/r19", "instructions for a single call"),
+    ] {
         assert!(faults.iter().any(|f| f.contains(object) && f.contains(what)), "{object} {what}: {faults:#?}");
     }
     assert_eq!(faults.len(), 4, "{faults:#?}");

@@ -108,3 +108,20 @@ fn signals_of_the_sandbox_stay() {
     world.stop();
     assert_eq!(status(&world), ["- 2"], "{:?}", world.faults());
 }
+
+// Otherwise, a user who corrects a script, or starts again, would not see that the error is still there.
+#[test]
+fn an_error_is_reported_once_in_each_run() {
+    let script = "function sysCall_actuation() error('mine') end";
+    let (_place, world) = started(&object("A", "", &[("child", script)]));
+    for run in 1..=3 {
+        world.step();
+        world.step();
+        world.stop();
+        let lines = world.take_lines();
+        assert_eq!(lines.iter().filter(|l| l.text.contains("mine")).count(), 1, "run {run}: {lines:?}");
+        world.start();
+    }
+    let faults = world.faults();
+    assert!(faults.len() == 1 && faults[0].count >= 3, "{faults:?}");
+}

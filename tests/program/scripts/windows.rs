@@ -28,7 +28,7 @@ function sysCall_init()
     assert(data(3):find('path'))
     simUI.svgLoadData(ui, 3, '<svg>')
     assert(data(3) == '')
-    for _, wrong in ipairs{{5, 'a.svg', 'expected an <svg>, found a <label>'}, {9, 'a.svg', 'no widget 9'}, {1, 'b.svg', 'b.svg'}} do
+    for _, wrong in ipairs{{5, 'a.svg', 'expected an <svg>, found a <label>'}, {9, 'a.svg', 'no widget with the id 9'}, {1, 'b.svg', 'b.svg'}} do
         local ok, e = pcall(simUI.svgLoadFile, ui, wrong[1], wrong[2])
         assert(not ok and tostring(e):find(wrong[3], 1, true), tostring(e))
     end

@@ -83,7 +83,7 @@ fn noise_stays_within_the_scale() {
 fn lists_that_are_no_pairs_are_refused() {
     for (keys, words) in [
         ("spots_m = [0.1, 0.2, 0.3]", ["`spots`", "pairs"]),
-        ("response = [0.01, 1.0, 0.0, 0.5]", ["`response`", "rising"]),
+        ("response = [0.01, 1.0, 0.0, 0.5]", ["`response`", "increasing"]),
         ("response = [0.01]", ["`response`", "pairs"]),
     ] {
         Place::scene(&array([0.0; 3], keys)).run(&["--steps", "1"]).refused(&words);

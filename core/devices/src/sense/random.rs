@@ -45,7 +45,8 @@ impl Key {
 
     /// Returns the random number with this index, uniformly distributed in the open interval (0, 1).
     fn between(self, index: u64) -> f64 {
-        ((self.bits(index) >> 11) as f64 + 0.5) * UNIT
+        // The largest number of bits would otherwise be rounded to 1, which has no quantile.
+        (((self.bits(index) >> 11) as f64 + 0.5) * UNIT).min(1.0 - UNIT)
     }
 
     fn bits(self, index: u64) -> u64 {

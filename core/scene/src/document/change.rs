@@ -53,9 +53,9 @@ pub struct ScriptOverride {
 impl ScriptOverride {
     /// Parses "OBJECT=FILE".
     pub fn parse(text: &str) -> Result<Self> {
-        let (path, file) = text
-            .split_once('=')
-            .ok_or_else(|| Error::new("E102", format!("`{text}` does not specify a file")).expected("OBJECT=FILE"))?;
+        let (path, file) = text.split_once('=').ok_or_else(|| {
+            Error::new("E102", format!("`{text}` does not specify an object and a file")).expected("OBJECT=FILE")
+        })?;
         Ok(ScriptOverride { path: path.into(), file: file.into() })
     }
 }

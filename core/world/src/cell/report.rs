@@ -37,14 +37,17 @@ impl WorldCell {
             f(&script);
         }
     }
-    /// Records a fault. The first occurrence is reported; repetitions are only counted.
+    /// Records a fault. The first occurrence in each run is reported; repetitions are only counted.
     pub fn report(&self, fault: Fault) {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Fault(Box::new(fault)));
         }
         let Ok(mut faults) = self.run.faults.try_borrow_mut() else { return };
-        if let Some(known) = faults.iter_mut().find(|f| f.same_as(&fault)) {
-            known.count += fault.count;
+        let known = faults.iter().position(|f| f.same_as(&fault));
+        if let Some(i) = known {
+            faults[i].count += fault.count;
+        }
+        if !self.run.reported.borrow_mut().insert(known.unwrap_or(faults.len())) {
             return;
         }
         let mut text = fault.message.clone();
@@ -60,7 +63,9 @@ impl WorldCell {
         let code = Some(fault.code);
         self.run.outside.fault(&fault);
         self.tell_line(TATU_LOG_ERROR, &text);
-        faults.push(fault);
+        if known.is_none() {
+            faults.push(fault);
+        }
         drop(faults);
         self.run.lines.hold().push(LogLine { level: TATU_LOG_ERROR, code, text });
     }

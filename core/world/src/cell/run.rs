@@ -3,6 +3,7 @@
 use std::{
     borrow::Cow,
     cell::{Cell, RefCell},
+    collections::BTreeSet,
     path::Path,
     sync::Arc,
 };
@@ -29,6 +30,8 @@ pub(crate) struct Run {
     /// Stand-ins for objects that scripts look up, in runs without a scene.
     pub stand_ins: StandIns,
     pub faults: RefCell<Vec<Fault>>,
+    /// Indices of the faults that have been reported in the current run, or since the last one started.
+    pub reported: RefCell<BTreeSet<usize>>,
     pub lines: Lines,
     /// Total bytes of the stored lines. `u64::MAX` means that the limit was exceeded, and that this has been reported.
     pub line_bytes: Cell<u64>,
@@ -47,6 +50,7 @@ impl Run {
             folders: Folders::new(file),
             stand_ins: StandIns::default(),
             faults: RefCell::default(),
+            reported: RefCell::default(),
             lines: Lines::default(),
             line_bytes: Cell::default(),
             pool,

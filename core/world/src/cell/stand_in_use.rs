@@ -13,7 +13,7 @@ use super::{
     stand_ins::{StandIn, StandIns},
 };
 
-/// Starts recording, with every object of the document as a stand-in. `values` are the names of the values, such as
+/// Enables stand-ins and the recording of their use. Every object of the document is a stand-in, too. `values` are the names of the values, such as
 /// signals, that this run provides.
 pub(crate) fn begin(world: &WorldCell, values: &[String]) {
     let (scene, origins) = (world.state.scene.borrow(), world.model.origins.borrow());

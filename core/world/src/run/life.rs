@@ -49,6 +49,10 @@ impl World {
         if cell.running() {
             return;
         }
+        // Errors of a former run are reported again, but those from before the first run are not.
+        if cell.state.clock.step.get() > 0 {
+            cell.run.reported.borrow_mut().clear();
+        }
         if !cell.state.rested.get() {
             self.idle();
         }

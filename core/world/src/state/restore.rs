@@ -185,6 +185,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         .map(|(kind, name, v, of_run)| ((kind, name), Signal { value: v.into(), of_run }))
         .collect();
     cell.run.calls.waits.borrow_mut().restore(image.waits);
+    *cell.run.reported.borrow_mut() = (0..image.faults.len()).collect();
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // The run that wrote the snapshot has already reported the log lines of the start.
     cell.run.lines.hold().clear();

@@ -197,7 +197,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
         "position" => {
             let step = if file.settings.there { file.settings.physics_step().max(1e-5) } else { USUAL_STEP };
             let [p, i, d] = j.pid.map(sound);
-            // In V-REP, the velocity is gain times error per physics step; dividing by the step gives 1/s.
+            // V-REP's gains yield the motion in one physics step; dividing by the length of the step yields a velocity.
             if p > 0.0 || i > 0.0 {
                 node.set("joint.gains", [p / step, i / step, d / step])?;
             }

@@ -68,7 +68,7 @@ impl Message {
                 Some(Message::wrong(fail.help("send one JSON object per line; this is not a web server")))
             }
             _ if token.is_empty() => None,
-            // Also for objects that are not valid requests: otherwise, a client could evade the token by sending one.
+            // Objects that are not valid requests are refused, too; otherwise, one could be sent in place of the token.
             _ => {
                 let text = "this service requires a valid token in the first line, so the connection is closed";
                 let help =

@@ -161,8 +161,11 @@ impl Service for Web {
                 move || session.wake()
             }),
         };
-        let listener = Listener::open(settings)
-            .map_err(|e| Fail::new(format!("cannot listen on 127.0.0.1:{}: {e}", params.i64("port").unwrap_or(0))))?;
+        let listener = Listener::open(settings).map_err(|e| {
+            let port = params.i64("port").unwrap_or(0);
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
+                .help("end the program that uses the port, or choose another one; 0 selects a free port")
+        })?;
         let url = format!("http://{}/?token={}", listener.address, listener.token);
         if let Some(e) = &listener.unkept {
             let text = format!(

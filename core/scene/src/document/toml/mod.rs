@@ -147,7 +147,7 @@ fn read_bytes(file: &Path, sources: &Sources) -> Result<Vec<u8>> {
 
 fn unreadable(file: &Path, why: &str) -> Error {
     Error::new("E105", format!("cannot read the scene {}: {why}", file.display()))
-        .help("specify the path of a scene file, or the name of a scene that comes with Tatu: first/pioneer_avoids_walls.toml")
+        .help("specify the path of a scene file, or the name of a scene that comes with Tatu")
 }
 
 struct Reader<'a> {
@@ -234,7 +234,8 @@ impl<'a> Reader<'a> {
     fn file(&mut self, b: &mut Builder<'_>, parent: Option<usize>, top: bool) -> Result {
         let doc = toml_edit::Document::parse(self.text.text).map_err(|e| {
             let error = Error::new("E100", format!("not a TOML file: {}", e.message()));
-            let both = self.text.text.contains("[[model]]") && self.text.text.contains("[model]");
+            let has = |line: &str| self.text.text.lines().any(|l| l.trim() == line);
+            let both = has("[[model]]") && has("[model]");
             let error = match both {
                 true => error.help("in a file with `[model]`, models are placed by `[[object]]` with `model = ...`"),
                 false => error,
