@@ -13,7 +13,7 @@ pub struct Meant<'k> {
     /// The kind's declaration of the field.
     pub info: &'k FieldInfo,
     /// Number of components of an element: the size of the innermost dimension if it is fixed and at most
-    /// [`MOST_COMPONENTS`], otherwise 1.
+    /// `MOST_COMPONENTS`, otherwise 1.
     pub components: usize,
     /// The value that means "nothing", one number or one per component; `None` if there is no such value.
     pub nothing: Option<Vec<f64>>,
