@@ -148,8 +148,8 @@ impl HostTables {
     pub fn key(&self, number: u32) -> Option<String> {
         self.shared.keys.lock().ok()?.keys.get(number as usize).cloned()
     }
-    /// Like [`number`](Self::number), for the host pointer of a plugin. Returns `None` if the pointer is null, or if its
-    /// `HostTables` has been dropped.
+    /// Like [`number`](Self::number), for the host pointer of a plugin. Returns `None` if the pointer is null, or if
+    /// its `HostTables` has been dropped.
     ///
     /// # Safety
     /// `host` must be null or a pointer made by [`HostTables`].
