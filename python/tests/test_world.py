@@ -106,6 +106,9 @@ def test_errors_have_code_text_help_and_place(tmp_path):
     for misspelt in ("learn/avoid_wals.toml", "scenes/learn/avoid_wals.toml"):
         with pytest.raises(tatu_sim.Error, match="did you mean `learn/avoid_walls.toml`"):
             tatu_sim.World(misspelt)
+    for misspelt in ("pioner_braitenberg", "pioneer_braitenberg.tml"):
+        with pytest.raises(tatu_sim.Error, match="did you mean `pioneer_braitenberg`"):
+            tatu_sim.World(misspelt)
 
 
 def test_all_scenes_of_the_package_can_be_opened():

@@ -119,16 +119,22 @@ fn similar_scene(error: Error, given: &Path) -> Error {
     let entries = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
     let folders = folders_of_program("scenes").into_iter().flat_map(|folder| entries(&folder).collect::<Vec<_>>());
     let files = folders.flat_map(|folder| entries(&folder).collect::<Vec<_>>());
-    let mut names: Vec<String> = files
-        .filter(|file| file.extension().is_some_and(|e| e == "toml"))
-        .filter_map(|file| {
-            let folder = file.parent()?.file_name()?.to_string_lossy().into_owned();
-            Some(format!("{folder}/{}", file.file_name()?.to_string_lossy()))
+    let scenes = files.filter(|file| file.extension().is_some_and(|e| e == "toml"));
+    // A name without a folder can also lack the suffix, so it is compared without.
+    let given = given.strip_prefix("scenes").unwrap_or(given);
+    let is_name = given.components().count() == 1;
+    let mut names: Vec<String> = scenes
+        .filter_map(|file| match is_name {
+            true => Some(file.file_stem()?.to_string_lossy().into_owned()),
+            false => {
+                let folder = file.parent()?.file_name()?.to_string_lossy().into_owned();
+                Some(format!("{folder}/{}", file.file_name()?.to_string_lossy()))
+            }
         })
         .collect();
     names.sort();
-    let given = given.strip_prefix("scenes").unwrap_or(given).to_string_lossy().into_owned();
-    error.nearest(&given, names.iter().map(String::as_str))
+    let given = if is_name { Path::new(given.file_stem().unwrap_or_default()) } else { given };
+    error.nearest(&given.to_string_lossy(), names.iter().map(String::as_str))
 }
 
 /// Returns the existing folders named `name` that come with the program.
