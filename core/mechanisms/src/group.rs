@@ -7,6 +7,7 @@ use crate::{
     error::{DynamicsError, GroupError},
     law::Piece,
     member::Member,
+    resting::{Outcome, Resting},
     rows::{Point, Rows},
     solver::check_step,
     state::advance,
@@ -58,6 +59,7 @@ pub struct Group {
     /// For each velocity of each member, the piece of its law that was selected in the previous round.
     forms: Vec<Piece>,
     velocities: Vec<f64>,
+    resting: Resting,
 }
 
 impl Group {
@@ -71,7 +73,7 @@ impl Group {
     /// overlaps are removed by position changes only, which add no momentum.
     ///
     /// Joints and contacts are solved alternately: first all joints exactly, under the current contact forces, and then
-    /// all contacts by Gauss-Seidel sweeps, with the current compliance of the joints. One round suffices unless a
+    /// all contacts, with the current compliance of the joints: directly if they rest, otherwise by Gauss-Seidel sweeps. One round suffices unless a
     /// joint changes between holding and yielding. Complexity: that of the step of each tree, plus the depth of each
     /// contact per sweep.
     ///
@@ -101,8 +103,15 @@ impl Group {
         }
         let mut report = self.resolve(members, contacts, h)?;
         if members.iter().any(|m| m.solver.step.changes(&m.state.v) > STEADY) {
+            // In an impact, velocities jump in the middle of the step: the mean of the forces before and after it, not the
+            // force at the mean velocity, preserves momentum.
+            let pressed = contacts.iter().zip(&self.impulses);
+            let impact = pressed.into_iter().any(|(c, l)| c.impulse == Vector3::zeros() && l[0] > 0.0);
             for m in members.iter_mut() {
-                m.solver.step.take_mean_velocities(m.tree, &m.state.v, gravity);
+                match impact {
+                    true => m.solver.step.take_mean_forces(m.tree, gravity),
+                    false => m.solver.step.take_mean_velocities(m.tree, &m.state.v, gravity),
+                }
             }
             let last = self.resolve(members, contacts, h)?;
             let (rounds, sweeps) = (report.rounds.max(last.rounds), report.sweeps + last.sweeps);
@@ -167,7 +176,7 @@ impl Group {
             self.renew(members);
             self.rows.read(members);
             self.release(members, h);
-            let (count, changed) = self.sweep(contacts, h);
+            let (count, changed) = self.solve_contacts(contacts, h);
             sweeps += count;
             if !changed {
                 return Ok(GroupReport { rounds: round, sweeps, met });
@@ -229,6 +238,31 @@ impl Group {
         }
         if !stuck.is_empty() {
             self.rows.weigh();
+        }
+    }
+
+    /// Solves all contacts; returns the number of sweeps, and whether the impulses have changed any velocity.
+    fn solve_contacts(&mut self, contacts: &[Contact], h: f64) -> (usize, bool) {
+        let bounces = |(contact, point): (&Contact, &Point)| contact.restitution > 0.0 && point.approach < -RESTING;
+        if !Resting::suits(&self.rows) || contacts.iter().zip(&self.rows.points).any(bounces) {
+            return self.sweep(contacts, h);
+        }
+        let mut resting = std::mem::take(&mut self.resting);
+        let outcome = resting.solve(&self.rows, contacts, &self.impulses, h, FOUND);
+        let moves = matches!(outcome, Outcome::Rests) && resting.effect(&self.impulses) > FOUND;
+        if !matches!(outcome, Outcome::Fails) {
+            for (i, impulse) in resting.impulses.iter().enumerate() {
+                for (row, new) in impulse.iter().enumerate() {
+                    self.rows.push(i, row, new - self.impulses[i][row]);
+                }
+                self.impulses[i] = *impulse;
+            }
+        }
+        self.resting = resting;
+        match outcome {
+            Outcome::Rests => (0, moves),
+            Outcome::Slides => (self.sweep(contacts, h).0, true),
+            Outcome::Fails => self.sweep(contacts, h),
         }
     }
 

@@ -13,7 +13,7 @@
 //! processors: the crate adds, multiplies, divides and computes square roots in a fixed order, and uses the sine and
 //! cosine of `libm`. Each file imports only from the files before it in this order: `vector`, `spatial`, `error`,
 //! `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`,
-//! `pivot`, `step`, `solver`; `contact`, `member`, `rows`, `group`. Equations, sources and limitations are in
+//! `pivot`, `step`, `solver`; `contact`, `member`, `rows`, `coupling`, `resting`, `group`. Equations, sources and limitations are in
 //! `docs/mechanisms.md`.
 //!
 //! ```
@@ -39,6 +39,7 @@
 
 mod composite;
 mod contact;
+mod coupling;
 mod drive;
 mod dynamics;
 mod error;
@@ -51,6 +52,7 @@ mod member;
 mod motor;
 mod newton_euler;
 mod pivot;
+mod resting;
 mod rows;
 mod solver;
 mod spatial;

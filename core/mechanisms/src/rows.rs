@@ -29,8 +29,8 @@ const IMMOVABLE: [f64; 2] = [1e-9, 1e-4];
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Half {
     pub member: usize,
-    first: usize,
-    end: usize,
+    pub first: usize,
+    pub end: usize,
 }
 
 /// The three rows of one contact: along the normal and two tangents.
@@ -67,11 +67,11 @@ impl Point {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rows {
     pub points: Vec<Point>,
-    columns: Vec<u32>,
+    pub columns: Vec<u32>,
     jacobian: Vec<Vec3>,
-    y: Vec<Vec3>,
+    pub y: Vec<Vec3>,
     /// D^-1 y of each column.
-    response: Vec<Vec3>,
+    pub response: Vec<Vec3>,
     /// Changes of z by impulses, for all members in sequence.
     pub z: Vec<f64>,
     /// Start offset of each member in `z`.

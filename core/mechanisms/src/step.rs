@@ -128,6 +128,14 @@ impl Step {
         self.sweep.run(tree, &self.kinematics, &self.middle, None, gravity, &mut self.bias);
     }
 
+    /// Sets the bias forces to the mean of those before and after the step; must follow [`Step::guess`].
+    pub fn take_mean_forces(&mut self, tree: &Tree, gravity: Vec3) {
+        self.sweep.run(tree, &self.kinematics, &self.pivot.ends, None, gravity, &mut self.middle);
+        for (bias, after) in self.bias.iter_mut().zip(&self.middle) {
+            *bias = 0.5 * (*bias + after);
+        }
+    }
+
     /// Recomputes poses, mass matrix and bias forces for the positions half a step after the old ones, at the mean
     /// velocities.
     pub fn take_mean_poses(&mut self, tree: &Tree, state: &State, gravity: Vec3, h: f64) {

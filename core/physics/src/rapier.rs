@@ -11,7 +11,8 @@
 //! body and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
 //! updates their drives, `reduced` implements joints in reduced coordinates, `gears` couples joints, `load` computes
 //! their loads, `respond` decides which bodies collide, `grip` implements anisotropic and rolling friction, `overlap`
-//! separates bodies that were created overlapping, `curved` lets cylinders roll, `report` reads contacts, `velocity`
+//! separates bodies that were created overlapping, `narrow` finds contacts of hulls and meshes, `curved` lets cylinders
+//! roll, `report` reads contacts, `velocity`
 //! computes velocities, `spin` integrates gyroscopic motion, `trees` solves mechanisms without rapier, `sleep` decides
 //! which bodies can sleep, `turns` counts whole turns, `push` applies forces for a single step, and `snapshot` saves
 //! and restores the state.
@@ -23,6 +24,7 @@ mod gears;
 mod grip;
 mod joints;
 mod load;
+mod narrow;
 mod overlap;
 mod push;
 mod records;
@@ -65,7 +67,7 @@ impl Rapier {
         let world =
             PhysicsWorld { integration_parameters: IntegrationParameters::default(), ..PhysicsWorld::default() };
         let mut engine = Self { world, tables: Tables::default(), shapes: ShapeCache::default() };
-        curved::look_anew(&mut engine.world);
+        narrow::install(&mut engine.world);
         engine.configure(settings);
         engine
     }
@@ -468,7 +470,7 @@ impl Engine for Rapier {
     fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
         let (mut world, tables) = snapshot::read(bytes)?;
         world.set_thread_pool(self.world.thread_pool());
-        curved::look_anew(&mut world);
+        narrow::install(&mut world);
         (self.world, self.tables) = (world, tables);
         Ok(())
     }

@@ -171,6 +171,89 @@ fn ball_bounces_to_the_square_of_its_restitution_and_comes_to_rest() {
     assert!((world.states[0].q[2] - 0.1).abs() < 1e-6 && world.states[0].v[2].abs() < 1e-9);
 }
 
+/// The weight of a block on its four corners is distributed so that the sum of the squares of the forces is least: with
+/// the centre of mass at (x, y) from the middle, the force on a corner at (X, Y) is W (1 / 4 + x X / S + y Y / S), where
+/// S is the sum of X^2. On three corners, statics determines the forces: they are W times the barycentric coordinates.
+#[test]
+fn weight_is_distributed_as_statics_and_the_least_norm_say() {
+    let (mass, size, x, y) = (2.0, 0.2, 0.03, -0.02);
+    let centre = Vector3::new(x, y, 0.01);
+    let inertia = Matrix3::identity() * (mass * size * size / 6.0);
+    let block = Link::new(None, Isometry3::identity(), Joint::Free, mass, centre, inertia);
+    let weight = 9.81 * mass;
+    for count in [4, 3] {
+        let mut world = World::new(vec![Tree::new(vec![block.clone()]).unwrap()]);
+        world.states[0].q[2] = 0.1;
+        for corner in corners(size).into_iter().take(count) {
+            world.touch(on_plane(0, 0, corner, Vector3::zeros(), Vector3::z()));
+        }
+        world.steps(1.0);
+        for (contact, corner) in world.contacts.iter().zip(corners(size)) {
+            let expected = if count == 4 {
+                weight * (0.25 + (x * corner.x + y * corner.y) / (size * size))
+            } else {
+                // Corners (+, +), (+, -), (-, +), each h from the middle: a + b + c = 1, a + b - c = x / h, a - b + c =
+                // y / h.
+                let (u, v) = (x / (0.5 * size), y / (0.5 * size));
+                let share = [0.5 * (u + v), 0.5 * (1.0 - v), 0.5 * (1.0 - u)];
+                weight * share[if corner.x < 0.0 { 2 } else { usize::from(corner.y < 0.0) }]
+            };
+            let force = contact.impulse.z / H;
+            assert!((force - expected).abs() < 1e-6 * weight, "{count} corners: {force}, expected {expected}");
+        }
+        assert!(world.states[0].v.iter().all(|v| v.abs() < 1e-12));
+    }
+}
+
+/// A cube hits a free chain of two links. Momentum must not change; what remains in the step of the impact is of second
+/// order in the angle by which the chain turns in it, so it is 16 times as much at four times the speed.
+#[test]
+fn impact_preserves_momentum() {
+    let beam = |parent, joint, mass: f64, frame: Isometry3<f64>, centre| {
+        let inertia = Matrix3::from_diagonal(&Vector3::new(0.002, 0.02, 0.02)) * mass;
+        Link::new(parent, frame, joint, mass, centre, inertia)
+    };
+    let hinge = Isometry3::translation(0.25, 0.0, 0.0);
+    let chain = Tree::new(vec![
+        beam(None, Joint::Free, 2.0, Isometry3::identity(), Vector3::zeros()),
+        beam(Some(0), Joint::Revolute(Vector3::z()), 1.0, hinge, Vector3::new(0.25, 0.0, 0.0)),
+    ])
+    .unwrap();
+    let lost = |speed: f64, restitution: f64| {
+        let mut world = World::new(vec![chain.clone(), cube(1.0, 0.1)]);
+        world.gravity = Vector3::zeros();
+        world.states[1].q[..3].copy_from_slice(&[0.65, -0.1 - 0.5 * H * speed, 0.02]);
+        world.states[1].v[1] = speed;
+        let (mut contact, mut points) = on_plane(1, 0, Vector3::new(0.0, 0.05, 0.0), Vector3::zeros(), -Vector3::y());
+        contact.sides[0] = Some(Side { member: 0, link: 1 });
+        contact.restitution = restitution;
+        points[0] = Vector3::new(0.4, -0.05, 0.0);
+        world.touch((contact, points));
+        let momentum = |world: &World| {
+            let mut sum = Vector3::zeros();
+            for (tree, state) in world.trees.iter().zip(&world.states) {
+                let mut kinematics = Kinematics::new(tree);
+                kinematics.update(tree, state).unwrap();
+                for (i, link) in tree.links().iter().enumerate() {
+                    let centre = kinematics.pose(i).unwrap() * Point3::from(link.center);
+                    sum += kinematics.velocity(i, centre.coords).unwrap().1 * link.mass;
+                }
+            }
+            sum
+        };
+        let before = momentum(&world);
+        // The bodies touch after half of the step, so there is no overlap, whose removal would turn the links.
+        world.step();
+        assert!(world.states[1].v[1] < 0.8 * speed, "the cube hits the chain");
+        (momentum(&world) - before).norm() / before.norm()
+    };
+    for restitution in [0.0, 0.5, 1.0] {
+        let [fast, slow] = [20.0, 5.0].map(|speed| lost(speed, restitution));
+        println!("restitution {restitution}: {fast:.1e} {slow:.1e}");
+        assert!(fast < 5e-3 && fast > 12.0 * slow, "restitution {restitution}: {fast} {slow}");
+    }
+}
+
 #[test]
 fn belt_carries_a_block() {
     let mut world = sloped(0.0, 0.5);

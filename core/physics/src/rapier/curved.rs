@@ -3,26 +3,14 @@
 //! Parry keeps the points of a contact until the two bodies have rotated by 1 degree, and rapier keeps them longer if
 //! the smaller body has hardly moved. On the curved side of a cylinder, the points rotate with it: the floor then
 //! pushes behind the axle, and a can that rolls at 0.02 m/s is accelerated to 0.17 m/s, as if it rolled down a slope of
-//! half a degree.
+//! half a degree. `narrow` therefore discards the points of cylinders in every step in which it is called.
 //!
 //! For any two forms, rapier keeps the points until one has moved by 5 cm relative to the other. This distance is too
 //! large for the pad of a gripper: a pad continued to press with 150 N on a cube that it had released, and that was 15
 //! mm away.
 
-use rapier3d::{
-    geometry::{ContactData, ContactManifold, ContactManifoldData, Shape},
-    math::{Pose, Real, Vector},
-    parry::query::{
-        ClosestPoints, Contact, DefaultQueryDispatcher, NonlinearRigidMotion, PersistentQueryDispatcher,
-        QueryDispatcher, ShapeCastHit, ShapeCastOptions, ShapeDistance, ShapeIntersection, Unsupported,
-        details::{ContactManifoldsWorkspace, NormalConstraints},
-    },
-    pipeline::{ActiveHooks, PhysicsWorld},
-};
+use rapier3d::pipeline::ActiveHooks;
 use tatu_geometry::{Form, Mesh};
-
-/// A dispatcher that discards the points of contacts with cylinders, and leaves everything else to parry.
-struct Forgets;
 
 /// Maximum extent of a small form, m: 1.6 times the distance that bodies can move before rapier updates their contacts.
 const SMALL: f64 = 0.08;
@@ -49,82 +37,4 @@ fn extent(mesh: &Mesh) -> f64 {
         high - low
     });
     ends.fold(0.0, f64::max)
-}
-
-/// Makes the world recompute contacts of cylinders. It must be called again after the world is restored from a
-/// snapshot.
-pub(super) fn look_anew(world: &mut PhysicsWorld) {
-    world.narrow_phase.set_query_dispatcher(Forgets.chain(DefaultQueryDispatcher));
-}
-
-impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for Forgets {
-    fn contact_manifolds(
-        &self,
-        _: &Pose,
-        a: &dyn Shape,
-        b: &dyn Shape,
-        _: Real,
-        manifolds: &mut Vec<ContactManifold>,
-        _: &mut Option<ContactManifoldsWorkspace>,
-    ) -> Result<(), Unsupported> {
-        if a.as_cylinder().is_some() || b.as_cylinder().is_some() {
-            manifolds.iter_mut().for_each(ContactManifold::mark_shapes_deformed);
-        }
-        Err(Unsupported)
-    }
-
-    fn contact_manifold_convex_convex(
-        &self,
-        _: &Pose,
-        _: &dyn Shape,
-        _: &dyn Shape,
-        _: Option<&dyn NormalConstraints>,
-        _: Option<&dyn NormalConstraints>,
-        _: Real,
-        _: &mut ContactManifold,
-    ) -> Result<(), Unsupported> {
-        Err(Unsupported)
-    }
-}
-
-impl QueryDispatcher for Forgets {
-    fn intersection_test(&self, _: &Pose, _: &dyn Shape, _: &dyn Shape) -> Result<ShapeIntersection, Unsupported> {
-        Err(Unsupported)
-    }
-
-    fn distance(&self, _: &Pose, _: &dyn Shape, _: &dyn Shape) -> Result<ShapeDistance, Unsupported> {
-        Err(Unsupported)
-    }
-
-    fn contact(&self, _: &Pose, _: &dyn Shape, _: &dyn Shape, _: Real) -> Result<Option<Contact>, Unsupported> {
-        Err(Unsupported)
-    }
-
-    fn closest_points(&self, _: &Pose, _: &dyn Shape, _: &dyn Shape, _: Real) -> Result<ClosestPoints, Unsupported> {
-        Err(Unsupported)
-    }
-
-    fn cast_shapes(
-        &self,
-        _: &Pose,
-        _: Vector,
-        _: &dyn Shape,
-        _: &dyn Shape,
-        _: ShapeCastOptions,
-    ) -> Result<Option<ShapeCastHit>, Unsupported> {
-        Err(Unsupported)
-    }
-
-    fn cast_shapes_nonlinear(
-        &self,
-        _: &NonlinearRigidMotion,
-        _: &dyn Shape,
-        _: &NonlinearRigidMotion,
-        _: &dyn Shape,
-        _: Real,
-        _: Real,
-        _: bool,
-    ) -> Result<Option<ShapeCastHit>, Unsupported> {
-        Err(Unsupported)
-    }
 }

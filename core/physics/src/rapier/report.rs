@@ -19,7 +19,9 @@ pub(super) fn contacts(world: &PhysicsWorld, touches: &[Touch], out: &mut Vec<Co
         let PairContacts::Rigid(rigid) = &pair.contacts else {
             continue;
         };
-        out.extend(rigid.solver_manifolds().iter().filter_map(|m| contact(world, pair, m)));
+        // A large face has several manifolds, which have the same normal.
+        let faces = rigid.solver_manifolds().chunk_by(|a, b| a.data.normal == b.data.normal);
+        out.extend(faces.filter_map(|manifolds| contact(world, pair, manifolds)));
     }
     out.extend(touches.iter().map(|t| {
         let (swap, (a, b)) = (t.bodies.0 > t.bodies.1, t.bodies);
@@ -110,15 +112,25 @@ pub(super) fn face(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManif
     Some(Face { point: centre, force, friction, radius })
 }
 
-fn contact(world: &PhysicsWorld, pair: &ContactPair, manifold: &ContactManifold) -> Option<Contact> {
+/// Joins two parts of a face. The radius of the whole is that of the first part, which is spread over the whole face.
+fn joined(a: Face, b: Face) -> Face {
+    let force = a.force + b.force;
+    let point = if force > 0.0 { (a.point * a.force + b.point * b.force) / force } else { a.point };
+    Face { point, force, friction: a.friction + b.friction, radius: a.radius }
+}
+
+/// Returns the contact of the manifolds of one face, or `None` if the two bodies do not touch there.
+fn contact(world: &PhysicsWorld, pair: &ContactPair, manifolds: &[ContactManifold]) -> Option<Contact> {
     let bodies = [body_of(world, pair.collider1)?, body_of(world, pair.collider2)?];
-    let Face { point, force, friction, .. } = face(world, pair, manifold)?;
+    let normal = manifolds.first()?.data.normal;
+    let parts = manifolds.iter().filter_map(|m| face(world, pair, m));
+    let Face { point, force, friction, .. } = parts.reduce(joined)?;
     let swap = bodies[0] > bodies[1];
     let side = |v: Vector3<f64>| if swap { -v } else { v };
     Some(Contact {
         bodies: if swap { (bodies[1], bodies[0]) } else { (bodies[0], bodies[1]) },
         point: convert::vector_back(point).into(),
-        normal: side(convert::vector_back(manifold.data.normal)),
+        normal: side(convert::vector_back(normal)),
         force,
         friction: side(convert::vector_back(friction)),
     })

@@ -1,0 +1,201 @@
+//! Direct solution of contacts that rest: the bodies stick together or separate, and none slides or bounces.
+//!
+//! Where several distributions of force have the same effect, as under a table with four legs, sweeps end at one that
+//! depends on where they started, often with all of the force on a few points; the torque that friction can carry is
+//! then lost. This solution is the least one: the sum of the squares of all impulses is minimal.
+//!
+//! With the rows W of all contacts that press, W l = b is solved by proximal point iterations: (W + e I) (l' - l) =
+//! b - W l, starting at 0. Each divides the error by at least 1 + s / e, where s is the least response of W that is not
+//! 0, and adds nothing to directions without response. Which contacts press is found by pivoting, as in `pivot`.
+//!
+//! Source: Rockafellar, Monotone operators and the proximal point algorithm, SIAM Journal on Control and Optimization
+//! 14, 1976, for the iteration.
+
+use crate::{contact::Contact, coupling::Coupling, rows::Rows, vector::Vec3};
+
+/// Maximum number of contacts that are solved directly; the duration grows with the cube of the number.
+const MOST: usize = 48;
+/// Maximum number of sets of pressing contacts that are tried.
+const TRIES: usize = 8;
+/// The e of the iteration, relative to the greatest response.
+const PROXIMITY: f64 = 1e-9;
+/// Maximum number of iterations.
+const ITERATIONS: usize = 6;
+/// Tolerance of the friction bound, relative to the bound.
+const ROUNDING: f64 = 1e-9;
+
+/// The result of an attempt.
+pub(crate) enum Outcome {
+    /// All contacts rest under the impulses found.
+    Rests,
+    /// Some contact slides; the impulses found satisfy everything but its friction bound, and are limited to it.
+    Slides,
+    /// No impulses were found.
+    Fails,
+}
+
+/// The solver, with its memory.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Resting {
+    coupling: Coupling,
+    /// Impulses of each contact along its rows, N s.
+    pub impulses: Vec<Vec3>,
+    presses: Vec<bool>,
+    /// Velocities to be gained by the impulses, m/s, for all rows.
+    wanted: Vec<f64>,
+    active: Vec<usize>,
+    /// Lower triangle of the factor of the active rows, by rows.
+    factor: Vec<f64>,
+    step: Vec<f64>,
+}
+
+impl Resting {
+    /// Returns whether there are few enough contacts, and all can move.
+    pub fn suits(rows: &Rows) -> bool {
+        rows.points.len() <= MOST && rows.points.iter().all(|p| p.normal > 0.0)
+    }
+
+    /// Finds the impulses under which all contacts rest at the end of a step of duration `h`, s. `start` are the
+    /// impulses that `rows` already includes. The tolerance is a velocity, m/s.
+    pub fn solve(&mut self, rows: &Rows, contacts: &[Contact], start: &[Vec3], h: f64, tolerance: f64) -> Outcome {
+        self.coupling.update(rows);
+        self.want(rows, contacts, start, h);
+        self.presses.clear();
+        self.presses.extend(start.iter().enumerate().map(|(i, l)| l[0] > 0.0 || self.wanted[3 * i] > 0.0));
+        for _ in 0..TRIES {
+            self.activate(rows, contacts);
+            if !self.factorize() || !self.iterate(tolerance) {
+                return Outcome::Fails;
+            }
+            if !self.pivot(tolerance) {
+                return self.limit(contacts);
+            }
+        }
+        Outcome::Fails
+    }
+
+    /// Computes the velocities that the impulses must add to those without any impulse.
+    fn want(&mut self, rows: &Rows, contacts: &[Contact], start: &[Vec3], h: f64) {
+        self.wanted.clear();
+        for (i, (point, contact)) in rows.points.iter().zip(contacts).enumerate() {
+            let slide = |row: usize| crate::vector::dot(point.axes[row], contact.slide.into());
+            let target = [point.least_velocity(h), slide(1), slide(2)];
+            for (row, target) in target.into_iter().enumerate() {
+                let responses = self.coupling.row(3 * i + row);
+                let given: f64 = responses.iter().zip(start.iter().flatten()).map(|(w, l)| w * l).sum();
+                self.wanted.push(target - point.start[row] + given);
+            }
+        }
+    }
+
+    fn activate(&mut self, rows: &Rows, contacts: &[Contact]) {
+        self.active.clear();
+        for (i, (point, contact)) in rows.points.iter().zip(contacts).enumerate().filter(|(i, _)| self.presses[*i]) {
+            self.active.push(3 * i);
+            if contact.friction > 0.0 && point.tangents[0] + point.tangents[2] > 0.0 {
+                self.active.extend([3 * i + 1, 3 * i + 2]);
+            }
+        }
+    }
+
+    /// Factorises the active rows; returns false if a pivot is not positive.
+    fn factorize(&mut self) -> bool {
+        let n = self.active.len();
+        let greatest = self.active.iter().map(|i| self.coupling.row(*i)[*i]).fold(0.0, f64::max);
+        self.factor.clear();
+        self.factor.resize(n * n, 0.0);
+        for r in 0..n {
+            let responses = self.coupling.row(self.active[r]);
+            let (above, row) = self.factor.split_at_mut(r * n);
+            for c in 0..r {
+                let other = &above[c * n..][..=c];
+                let sum: f64 = row[..c].iter().zip(other).map(|(a, b)| a * b).sum();
+                row[c] = (responses[self.active[c]] - sum) / other[c];
+            }
+            let sum: f64 = row[..r].iter().map(|a| a * a).sum();
+            let pivot = responses[self.active[r]] + PROXIMITY * greatest - sum;
+            // The condition is negated so that NaN is rejected, too.
+            if !(pivot > 0.0) {
+                return false;
+            }
+            row[r] = pivot.sqrt();
+        }
+        true
+    }
+
+    /// Finds the impulses of the active rows; returns false if they do not reach the tolerance.
+    fn iterate(&mut self, tolerance: f64) -> bool {
+        let n = self.active.len();
+        self.impulses.clear();
+        self.impulses.resize(self.presses.len(), [0.0; 3]);
+        for _ in 0..ITERATIONS {
+            let mut step = std::mem::take(&mut self.step);
+            step.clear();
+            step.extend(self.active.iter().map(|i| self.missing(*i)));
+            self.step = step;
+            if self.step.iter().all(|missing| missing.abs() <= tolerance) {
+                return true;
+            }
+            for r in 0..n {
+                let row = &self.factor[r * n..][..=r];
+                let sum: f64 = row[..r].iter().zip(&self.step).map(|(a, x)| a * x).sum();
+                self.step[r] = (self.step[r] - sum) / row[r];
+            }
+            for r in (0..n).rev() {
+                let own = self.step[r] / self.factor[r * n + r];
+                self.step[r] = own;
+                for c in 0..r {
+                    self.step[c] -= self.factor[r * n + c] * own;
+                }
+            }
+            for (i, step) in self.active.iter().zip(&self.step) {
+                self.impulses[i / 3][i % 3] += step;
+            }
+        }
+        self.active.iter().all(|i| self.missing(*i).abs() <= tolerance)
+    }
+
+    /// Returns by how much the velocity of a row falls short of the one wanted, m/s.
+    fn missing(&self, row: usize) -> f64 {
+        let given: f64 = self.coupling.row(row).iter().zip(self.impulses.iter().flatten()).map(|(w, l)| w * l).sum();
+        self.wanted[row] - given
+    }
+
+    /// Releases contacts that pull, and adds those that would be penetrated; returns whether any has changed.
+    fn pivot(&mut self, tolerance: f64) -> bool {
+        let mut changed = false;
+        for i in 0..self.presses.len() {
+            let wrong = match self.presses[i] {
+                true => self.impulses[i][0] < 0.0,
+                false => self.missing(3 * i) > tolerance,
+            };
+            if wrong {
+                self.presses[i] = !self.presses[i];
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    /// Limits friction to its bound.
+    fn limit(&mut self, contacts: &[Contact]) -> Outcome {
+        let mut outcome = Outcome::Rests;
+        for (contact, impulse) in contacts.iter().zip(&mut self.impulses) {
+            let bound = contact.friction * impulse[0];
+            let size = (impulse[1] * impulse[1] + impulse[2] * impulse[2]).sqrt();
+            if size > bound * (1.0 + ROUNDING) {
+                let share = bound / size;
+                (impulse[1], impulse[2]) = (impulse[1] * share, impulse[2] * share);
+                outcome = Outcome::Slides;
+            }
+        }
+        outcome
+    }
+
+    /// Returns the greatest change of a row's velocity by a change of the impulses from `start`, m/s.
+    pub fn effect(&self, start: &[Vec3]) -> f64 {
+        let changes = || self.impulses.iter().flatten().zip(start.iter().flatten()).map(|(new, old)| new - old);
+        let effect = |row: usize| -> f64 { self.coupling.row(row).iter().zip(changes()).map(|(w, l)| w * l).sum() };
+        (0..self.wanted.len()).map(|row| effect(row).abs()).fold(0.0, f64::max)
+    }
+}
