@@ -50,25 +50,30 @@ pub(crate) struct Resting {
 }
 
 impl Resting {
-    /// Returns whether there are few enough contacts, and all can move.
+    /// Returns whether there are few enough contacts that transmit force.
     pub fn suits(rows: &Rows) -> bool {
-        rows.points.len() <= MOST && rows.points.iter().all(|p| p.normal > 0.0)
+        rows.points.iter().filter(|p| p.normal > 0.0).count() <= MOST
     }
 
     /// Finds the impulses under which all contacts rest at the end of a step of duration `h`, s. `start` are the
-    /// impulses that `rows` already includes. The tolerance is a velocity, m/s.
+    /// impulses that `rows` already includes. Contacts that cannot move keep theirs. The tolerance is a velocity, m/s.
     pub fn solve(&mut self, rows: &Rows, contacts: &[Contact], start: &[Vec3], h: f64, tolerance: f64) -> Outcome {
         self.coupling.update(rows);
         self.want(rows, contacts, start, h);
         self.presses.clear();
-        self.presses.extend(start.iter().enumerate().map(|(i, l)| l[0] > 0.0 || self.wanted[3 * i] > 0.0));
+        let presses = |(i, l): (usize, &Vec3)| rows.points[i].normal > 0.0 && (l[0] > 0.0 || self.wanted[3 * i] > 0.0);
+        self.presses.extend(start.iter().enumerate().map(presses));
         for _ in 0..TRIES {
             self.activate(rows, contacts);
             if !self.factorize() || !self.iterate(tolerance) {
                 return Outcome::Fails;
             }
-            if !self.pivot(tolerance) {
-                return self.limit(contacts);
+            if !self.pivot(rows, tolerance) {
+                let outcome = self.limit(contacts);
+                for (i, _) in rows.points.iter().enumerate().filter(|(_, p)| p.normal == 0.0) {
+                    self.impulses[i] = start[i];
+                }
+                return outcome;
             }
         }
         Outcome::Fails
@@ -82,7 +87,10 @@ impl Resting {
             let target = [point.least_velocity(h), slide(1), slide(2)];
             for (row, target) in target.into_iter().enumerate() {
                 let responses = self.coupling.row(3 * i + row);
-                let given: f64 = responses.iter().zip(start.iter().flatten()).map(|(w, l)| w * l).sum();
+                let given: f64 = (0..rows.points.len())
+                    .filter(|k| rows.points[*k].normal > 0.0)
+                    .map(|k| (0..3).map(|r| responses[3 * k + r] * start[k][r]).sum::<f64>())
+                    .sum();
                 self.wanted.push(target - point.start[row] + given);
             }
         }
@@ -162,9 +170,9 @@ impl Resting {
     }
 
     /// Releases contacts that pull, and adds those that would be penetrated; returns whether any has changed.
-    fn pivot(&mut self, tolerance: f64) -> bool {
+    fn pivot(&mut self, rows: &Rows, tolerance: f64) -> bool {
         let mut changed = false;
-        for i in 0..self.presses.len() {
+        for i in (0..self.presses.len()).filter(|i| rows.points[*i].normal > 0.0) {
             let wrong = match self.presses[i] {
                 true => self.impulses[i][0] < 0.0,
                 false => self.missing(3 * i) > tolerance,

@@ -9,7 +9,7 @@
 //!
 //! `tuning` defines the parameters of the solver. `state` is the engine's complete state, `records` its data for each
 //! body and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
-//! updates their drives, `reduced` implements joints in reduced coordinates, `gears` couples joints, `load` computes
+//! updates their drives, `hold` keeps stopped motors in place, `reduced` implements joints in reduced coordinates, `gears` couples joints, `load` computes
 //! their loads, `respond` decides which bodies collide, `grip` implements anisotropic and rolling friction, `overlap`
 //! separates bodies that were created overlapping, `narrow` finds contacts of hulls and meshes, `curved` lets cylinders
 //! roll, `report` reads contacts, `velocity`
@@ -22,6 +22,7 @@ mod curved;
 mod drives;
 mod gears;
 mod grip;
+mod hold;
 mod joints;
 mod load;
 mod narrow;
@@ -49,7 +50,7 @@ use rapier3d::{
     math::{Pose, Vector},
     pipeline::PhysicsWorld,
 };
-use records::{Held, JointRecord, Measured, Memory, Tied};
+use records::{Held, Hold, JointRecord, Measured, Memory, Tied};
 use respond::PairFilter;
 use shapes::ShapeCache;
 pub use state::Rapier;
@@ -184,6 +185,7 @@ impl Engine for Rapier {
             closes_loop: desc.form == JointForm::Loop,
             drive: Drive::Free,
             pursuit: 0.0,
+            hold: Hold::default(),
             memory: Memory::default(),
             speed: 0.0,
             at_limit: false,
@@ -245,7 +247,16 @@ impl Engine for Rapier {
             self.tables.positioned.push(joint);
         }
         record.drive = drive;
+        let held = record.hold.at.is_some();
+        (record.pursuit, record.hold) = (0.0, Hold::default());
+        let (holds, body) = (record.holds(), record.bodies.1);
         mark(&mut self.tables.changed, joint, record);
+        if holds {
+            self.watch_hold(joint);
+        }
+        if held {
+            self.let_sleep(body);
+        }
     }
 
     fn set_gears(&mut self, gears: &[Gear]) {
@@ -333,8 +344,8 @@ impl Engine for Rapier {
         self.tables.pushed.push(body);
     }
 
-    fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>) {
-        self.move_kinematic(f64::from(step + 1) / f64::from(steps));
+    fn advance_part(&mut self, part: u32, parts: u32, before: Option<&mut BeforeStep<'_>>) {
+        self.move_kinematic(f64::from(part + 1) / f64::from(parts));
         self.adopt();
         self.arrange_trees();
         self.find_coordinates();
@@ -343,12 +354,13 @@ impl Engine for Rapier {
         }
         self.count_turns();
         self.update_positions();
+        self.hold_positions();
         self.weaken_drives();
         self.apply_drives();
         let old = match before {
             Some(ask) => {
                 let mut pushes = Vec::new();
-                ask(&*self, step, &mut pushes);
+                ask(&*self, part, &mut pushes);
                 self.push_for_a_step(&pushes)
             }
             None => Vec::new(),
@@ -363,7 +375,9 @@ impl Engine for Rapier {
         self.grip();
         let deepest = self.parting_depths();
         let Tables { pairs, surfaces, materials, partings, .. } = &self.tables;
-        self.world.step_with_events(&PairFilter { pairs, surfaces, materials, partings, deepest }, &());
+        let (gravity, step, substep) = (self.world.gravity, self.world.integration_parameters.dt, self.substep());
+        let filter = PairFilter { pairs, surfaces, materials, partings, deepest, gravity, step, substep };
+        self.world.step_with_events(&filter, &());
         self.follow_overlaps();
         self.step_trees();
         self.measure_loads();
@@ -372,7 +386,7 @@ impl Engine for Rapier {
         self.take_back(old);
         self.note_drives();
         self.collect_frozen();
-        if step + 1 < steps {
+        if part + 1 < parts {
             return;
         }
         self.keep_awake();

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use rapier3d::{
-    dynamics::RigidBodyHandle,
+    dynamics::{RigidBody, RigidBodyHandle},
     geometry::{Group, InteractionGroups, InteractionTestMode, SolverFlags},
     math::Vector,
     pipeline::{ContactModificationContext, PairFilterContext, PhysicsHooks},
@@ -58,6 +58,9 @@ pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
     InteractionGroups::new(group, group, InteractionTestMode::And)
 }
 
+/// Speed after a bounce below which the lag of rapier's velocities is not corrected, as a multiple of the lag.
+const SLOW_BOUNCE: f64 = 10.0;
+
 /// Filters contacts by masks, then applies materials and surfaces, then pair rules. All of these are part of the
 /// engine's state, so the filter returns the same result on every thread and after a restore.
 pub(super) struct PairFilter<'a> {
@@ -68,9 +71,53 @@ pub(super) struct PairFilter<'a> {
     /// Maximum penetration depth of overlapping pairs that is passed to the solver, m: between two moving bodies, and
     /// with a fixed body.
     pub deepest: [f64; 2],
+    /// Gravity, m/s².
+    pub gravity: Vector,
+    /// Durations of the step and of its sub-steps, s.
+    pub step: f64,
+    pub substep: f64,
 }
 
 impl PairFilter<'_> {
+    /// Returns the coefficient with which rapier gives two bodies the right speed after a bounce. Rapier multiplies it by
+    /// the speed at the beginning of the step, although the bodies are accelerated until they touch, and its velocities
+    /// are those of half a sub-step ago. Without this, a ball that falls from 1 m and keeps half of its speed would lose
+    /// 1, 4 and 8 % of its height in three bounces. `points` are the closest points of the bodies, which are `gap` apart
+    /// along the normal, m.
+    fn restitution(
+        &self,
+        coefficient: f64,
+        bodies: [Option<&RigidBody>; 2],
+        points: [Vector; 2],
+        normal: Vector,
+        gap: f64,
+    ) -> f64 {
+        let speed = |body: Option<&RigidBody>, point| body.map_or(Vector::ZERO, |b| b.velocity_at_point(point));
+        let falls = |body: Option<&RigidBody>| match body {
+            Some(body) if body.is_dynamic() => self.gravity * body.gravity_scale(),
+            _ => Vector::ZERO,
+        };
+        let approach = (speed(bodies[0], points[0]) - speed(bodies[1], points[1])).dot(normal);
+        let acceleration = (falls(bodies[0]) - falls(bodies[1])).dot(normal);
+        if approach <= 0.0 {
+            return coefficient;
+        }
+        let lag = 0.5 * acceleration * self.substep;
+        let start = (approach + lag).max(0.0);
+        // If they do not touch within the step and a sub-step, it does not matter.
+        let time = self.step + self.substep;
+        let most = start * time + 0.5 * acceleration.max(0.0) * time * time;
+        let hit = start * start + 2.0 * acceleration * gap.clamp(0.0, most);
+        // Rapier stops bodies that will touch in the sub-step after this step, so they bounce above the surface.
+        let parts = (self.step / self.substep).round();
+        let above = gap - self.step * (approach + 0.5 * acceleration * self.substep * (parts + 1.0));
+        let left = coefficient * coefficient * hit - 2.0 * acceleration * above.max(0.0);
+        let after = left.max(0.0).sqrt();
+        // Slow bodies come to rest instead.
+        let lag = if after > SLOW_BOUNCE * lag.abs() { lag } else { 0.0 };
+        (after + lag) / approach
+    }
+
     fn rule(&self, a: Tag, b: Tag) -> Option<&PairRule> {
         if self.pairs.is_empty() {
             return None;
@@ -135,12 +182,18 @@ impl PhysicsHooks for PairFilter<'_> {
         if [first, second].iter().any(|s| s.is_some_and(|s| s.axis.is_some())) {
             *face.friction = 0.0;
         }
-        let Some(rule) = rule else { return };
-        if let Some(friction) = rule.friction {
+        if let Some(friction) = rule.and_then(|r| r.friction) {
             *face.friction = friction;
         }
-        if let Some(restitution) = rule.restitution {
+        if let Some(restitution) = rule.and_then(|r| r.restitution) {
             *face.restitution = restitution;
+        }
+        if *face.restitution > 0.0 {
+            let closest = face.solver_contacts.iter().map(|c| (c.dist, c.anchor1, c.anchor2));
+            if let Some((gap, one, two)) = closest.reduce(|a, b| if b.0 < a.0 { b } else { a }) {
+                let moved = handles.map(|h| h.and_then(|h| bodies.get(h)));
+                *face.restitution = self.restitution(*face.restitution, moved, [one, two], *face.normal, gap);
+            }
         }
     }
 }

@@ -1,6 +1,9 @@
-//! Sleeping. Only bodies that rest on something can sleep; a body that drifts slowly through space continues to drift.
+//! Sleeping. Only bodies that rest on something can sleep, and mechanisms whose motors hold a position (`hold`); a body that drifts slowly through space continues to drift.
 
-use rapier3d::dynamics::{RigidBody, RigidBodyHandle};
+use rapier3d::{
+    dynamics::{RigidBody, RigidBodyHandle},
+    math::Vector,
+};
 
 use super::state::Rapier;
 use crate::Motion;
@@ -22,10 +25,11 @@ pub(super) fn set(body: &mut RigidBody, may: bool) {
 }
 
 impl Rapier {
-    /// Applies the setting for sleeping to all bodies without joints, and wakes all bodies.
+    /// Applies the setting for sleeping to all bodies without joints, and wakes all bodies. Mechanisms follow when a drive
+    /// comes to rest.
     pub(super) fn set_sleep(&mut self) {
-        for record in self.tables.bodies.iter().flatten().filter(|r| r.joints == 0 && !r.in_tree) {
-            set(&mut self.world.bodies[record.handle], self.tables.sleep);
+        for record in self.tables.bodies.iter().flatten().filter(|r| !r.in_tree) {
+            set(&mut self.world.bodies[record.handle], self.tables.sleep && record.joints == 0);
         }
         self.world.wake_up_all(true);
     }
@@ -49,11 +53,15 @@ impl Rapier {
     pub(super) fn keep_awake(&mut self) {
         let world = &mut self.world;
         for record in self.tables.bodies.iter().flatten() {
-            if record.motion != Motion::Dynamic || record.joints > 0 || record.in_tree {
+            if record.motion != Motion::Dynamic || record.in_tree {
                 continue;
             }
             let body = &world.bodies[record.handle];
             if body.is_sleeping() || body.activation().time_since_can_sleep < 0.5 * SLEEP_TIME {
+                continue;
+            }
+            // A mechanism that stays at rest under gravity touches something with one of its bodies.
+            if record.joints > 0 && world.gravity != Vector::ZERO {
                 continue;
             }
             let touches = body

@@ -45,6 +45,8 @@ pub(super) struct Tables {
     pub(super) changed: Vec<JointId>,
     /// Joints with a position drive.
     pub(super) positioned: Vec<JointId>,
+    /// Joints whose velocity drive may hold a position, ascending.
+    pub(super) holding: Vec<JointId>,
     /// Bodies that have been frozen since the last call of `quarantined`.
     pub(super) frozen: Vec<BodyId>,
     /// Whether springs must be set again, because a spring was added or the length of a sub-step changed.

@@ -4,6 +4,7 @@ mod bodies;
 mod curved;
 mod drives;
 mod economy;
+mod energy;
 mod overlap;
 mod push;
 mod respond;

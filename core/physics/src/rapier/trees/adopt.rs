@@ -89,6 +89,7 @@ impl Rapier {
         let body = &mut self.world.bodies[record.handle];
         body.set_body_type(kind, true);
         body.user_data = u128::from(id.0) | if tree { IN_TREE } else { 0 };
+        body.set_soft_ccd_prediction(0.0);
         sleep::set(body, !tree && self.tables.sleep && record.joints == 0);
         let types = match tree {
             true => ActiveCollisionTypes::all(),
@@ -108,6 +109,7 @@ impl Rapier {
         if self.tables.mechanisms.is_empty() && self.tables.crowded.is_empty() {
             return;
         }
+        self.look_ahead();
         let greatest = self.greatest_travel();
         if greatest.is_none() && self.tables.adopted.is_empty() {
             return;

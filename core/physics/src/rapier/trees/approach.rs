@@ -24,6 +24,33 @@ use crate::{
 const SLOW: f64 = 1.5e-3;
 
 impl Rapier {
+    /// Makes rapier detect contacts of fast links and adopted bodies as far ahead as they move in a step. Otherwise, they
+    /// would pass through thin bodies: rapier's continuous collision detection stops only bodies that it moves itself.
+    pub(super) fn look_ahead(&mut self) {
+        for i in 0..self.tables.mechanisms.len() {
+            for k in 0..self.tables.mechanisms[i].bodies.len() {
+                let Some(handle) = self.record(self.tables.mechanisms[i].bodies[k]).map(|r| r.handle) else { continue };
+                let Some(body) = self.world.bodies.get(handle) else { continue };
+                let travel = body.linvel().length() * self.world.integration_parameters.dt;
+                let ahead = if travel > SLOW && (body.is_ccd_enabled() || travel > self.depth(body)) {
+                    2.0 * travel
+                } else {
+                    0.0
+                };
+                if body.soft_ccd_prediction() != ahead {
+                    self.world.bodies[handle].set_soft_ccd_prediction(ahead);
+                }
+            }
+        }
+    }
+
+    /// Returns half the thickness of a body, m.
+    fn depth(&self, body: &RigidBody) -> f64 {
+        let colliders = body.colliders().iter().filter_map(|c| self.world.colliders.get(*c));
+        let halves = colliders.map(|c| c.shape().compute_local_aabb().half_extents().min_element());
+        halves.fold(f64::INFINITY, f64::min)
+    }
+
     /// Returns the greatest travel per step of the bodies that rapier moves, m, or `None` if there are no such bodies.
     pub(super) fn greatest_travel(&self) -> Option<f64> {
         let moved = self.tables.bodies.iter().flatten().filter(|r| r.motion == Motion::Dynamic && !r.in_tree);
