@@ -87,11 +87,6 @@ impl Pivot {
         self.laws.iter().zip(&self.pieces).map(|(law, piece)| law.piece(*piece))
     }
 
-    /// Returns the values that were added to the diagonal of the mass matrix in the last factorisation.
-    pub fn added(&self) -> &[f64] {
-        &self.added
-    }
-
     /// Begins a step with new laws and a new mass matrix, and guesses each piece as if its velocity were decoupled from
     /// the others.
     pub fn begin(&mut self, tree: &Tree, mass: &MassMatrix, bias: &[f64], v: &[f64], h: f64) {

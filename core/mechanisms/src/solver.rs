@@ -89,7 +89,8 @@ impl Solver {
             step.take_mean_poses(tree, state, gravity, h);
             search = search.and(step.solve(tree, &state.v, h)?);
         }
-        step.finish(tree, state, h, search.met)?;
+        step.conclude(tree, state, h, search.met)?;
+        step.finish(tree, h);
         step.limit(tree, state, h)?;
         step.commit(state);
         let Search { solutions, met } = search;

@@ -3,8 +3,8 @@
 //! [`Step::begin`] advances positions by half a step at the old velocities, and computes poses and laws there;
 //! [`Step::guess`] computes bias forces; [`Step::solve`] finds the velocities at the end;
 //! [`Step::take_mean_velocities`] and [`Step::take_mean_poses`] refine the equation for the next `solve`;
-//! [`Step::finish`] computes forces and positions at the end, [`Step::limit`] applies joint limits to them, and
-//! [`Step::commit`] writes the state.
+//! [`Step::conclude`] computes forces, [`Step::finish`] positions at the end, [`Step::limit`] applies joint limits to
+//! them, and [`Step::commit`] writes the state.
 
 use crate::{
     composite::MassMatrix,
@@ -160,14 +160,16 @@ impl Step {
         Ok(search)
     }
 
-    /// Computes the forces, and the positions at the end; `met` states whether the last search satisfied all laws.
-    pub fn finish(&mut self, tree: &Tree, state: &State, h: f64, met: bool) -> Result<(), DynamicsError> {
+    /// Computes the forces; `met` states whether the last search satisfied all laws. If not, this also computes the
+    /// velocities at the end under forces within their bounds.
+    pub fn conclude(&mut self, tree: &Tree, state: &State, h: f64, met: bool) -> Result<(), DynamicsError> {
         self.share_forces(tree);
-        if !met {
-            self.settle(tree, &state.v, h)?;
-        }
+        if met { Ok(()) } else { self.settle(tree, &state.v, h) }
+    }
+
+    /// Computes the positions at the end.
+    pub fn finish(&mut self, tree: &Tree, h: f64) {
         advance(tree, &mut self.q, &self.pivot.ends, 0.5 * h);
-        Ok(())
     }
 
     /// Moves joints that are beyond a limit back towards it; returns an error if the result is not finite.
@@ -175,6 +177,12 @@ impl Step {
         self.stop_at_limits(tree, &state.q, h);
         let finite = self.q.iter().chain(&self.pivot.ends).all(|x| x.is_finite());
         if finite { Ok(()) } else { Err(DynamicsError::Diverged) }
+    }
+
+    /// Returns what springs and dampers add to the diagonal of the mass matrix in a step of duration `h`, s, if no drive,
+    /// friction or limit acts.
+    pub fn damping(&self, h: f64) -> Vec<f64> {
+        self.passive.iter().map(|(_, slope)| h * slope).collect()
     }
 
     /// Returns the maximum change of a velocity in this step.

@@ -63,6 +63,7 @@ fn machine(random: &mut Random) -> Machine {
         let desc = body(pose, mass, part(Form::Box { half }));
         // Every other box collides with the others of the mechanism.
         let mask = if random.below(2) == 0 { 0xffff } else { 0xff00 };
+        let mask = if std::env::var("NOC").is_ok() { 0 } else { mask };
         let desc = BodyDesc { respond: Respond { mask, tree: 1 }, friction: random.within(0.0, 1.0), ..desc };
         let motion = if i == 0 && fixed_base { Motion::Static } else { Motion::Dynamic };
         let id = engine.add_body(&BodyDesc { motion, ..desc });
@@ -118,7 +119,7 @@ impl Machine {
             if step % 100 == 0 {
                 for i in 0..self.joints.len() {
                     let (joint, driven) = self.joints[i];
-                    if driven {
+                    if driven && std::env::var("NOD").is_err() {
                         let (target, max_force) = (random.within(-1.5, 1.5), 2000.0);
                         let drive = match random.below(3) {
                             0 => Drive::Velocity { target: 3.0 * target, max_force, slip: 0.0 },
@@ -141,6 +142,11 @@ impl Machine {
             if !energy.is_finite() {
                 return f64::INFINITY;
             }
+            if std::env::var("SEED").is_ok() && (energy - allowed - work.max(0.0)) / turned_over > 0.01 {
+                let js: Vec<_> = self.joints.iter().map(|j| { let s = self.engine.joint_state(j.0); format!("q {:.3} v {:.3} e {:.2}", s.position, s.velocity, s.effort) }).collect();
+                let mut c = Vec::new(); self.engine.contacts(&mut c);
+                println!("step {step} energy {energy:.4} allowed {allowed:.4} work {work:.4} total {turned_over:.3}\n   {js:?}\n  {:?}", c.iter().map(|c| (c.bodies.0.0, c.bodies.1.0, c.force, c.friction.norm())).collect::<Vec<_>>());
+            }
             allowed += work.max(0.0);
             worst = worst.max((energy - allowed) / turned_over);
             allowed = allowed.max(energy);
@@ -154,6 +160,7 @@ fn energy_of_random_trees_does_not_grow_by_itself() {
     let count = std::env::var("TATU_TREES").ok().and_then(|n| n.parse().ok()).unwrap_or(12);
     let mut failed = Vec::new();
     for seed in 0..count {
+        if std::env::var("SEED").is_ok_and(|s| s != seed.to_string()) { continue; }
         let mut random = Random::new(seed);
         let mut machine = machine(&mut random);
         let excess = machine.run(&mut random, 10.0);
