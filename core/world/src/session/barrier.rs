@@ -10,7 +10,10 @@
 //! The order matters for replays: actions that happen once per step come first; actions that depend on when messages
 //! arrive come last and are recorded.
 
-use std::time::{Duration, Instant};
+use std::{
+    sync::atomic::Ordering,
+    time::{Duration, Instant},
+};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::border::ErrorSlot;
@@ -147,6 +150,8 @@ pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
 
 /// Delivers events, then calls each service once. Returns the index of the first service that holds the world.
 fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
+    // The services carry out now what their clients have requested.
+    session.stop.store(false, Ordering::Relaxed);
     while world.run.outside.has_events() {
         tell(world, session);
     }
