@@ -150,8 +150,6 @@ pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
 
 /// Delivers events, then calls each service once. Returns the index of the first service that holds the world.
 fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
-    // The services carry out now what their clients have requested.
-    session.stop.store(false, Ordering::Relaxed);
     while world.run.outside.has_events() {
         tell(world, session);
     }
@@ -161,6 +159,11 @@ fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
             held = held.or(Some(i));
         }
         i += 1;
+    }
+    // A client can ask for a stop while an earlier request of it, such as one for steps, is still carried out. Until the
+    // stop has been requested here, scripts must return.
+    if world.stop_requested() || !world.running() {
+        session.stop.store(false, Ordering::Relaxed);
     }
     held
 }
