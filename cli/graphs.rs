@@ -45,9 +45,11 @@ fn file_name(name: &str) -> String {
     if name.trim_matches('.').is_empty() { "graph".into() } else { name }
 }
 
-/// Returns the header of a column, with its unit.
+/// Returns the header of a column, with its unit. Spreadsheets would take a text that begins like a formula as one, which
+/// can read other files or run programs; an apostrophe before it makes it a text.
 fn head(name: &str, unit: &str) -> String {
-    let text = if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
+    let formula = if name.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']) { "'" } else { "" };
+    let text = if unit.is_empty() { format!("{formula}{name}") } else { format!("{formula}{name} [{unit}]") };
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }
 
@@ -91,5 +93,10 @@ mod tests {
         assert_eq!(file_name(".."), "graph");
         assert_eq!(head("v", "m/s"), "v [m/s]");
         assert_eq!(head("a,\"b\"", ""), "\"a,\"\"b\"\"\"");
+        for (name, text) in
+            [("=1+1", "'=1+1"), ("+1", "'+1"), ("-v", "'-v"), ("@x", "'@x"), ("=a,b", "\"'=a,b\""), ("a=b", "a=b")]
+        {
+            assert_eq!(head(name, ""), text);
+        }
     }
 }

@@ -8,7 +8,7 @@ use std::{
 };
 
 use tatu_core::{
-    document::Sources,
+    document::{Allowed, Sources},
     errors::{Error, Result},
     plugins::Registry,
 };
@@ -151,6 +151,8 @@ fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
 
 /// Reads a file as text; invalid UTF-8 is replaced, because the text is used only to extract declarations.
 fn text_of(file: &Path, sources: &Sources) -> Result<String> {
-    let bytes = sources.read(file).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())))?;
+    let bytes = sources
+        .read(&Allowed::chosen(file))
+        .map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())))?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

@@ -4,7 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use tatu_core::{
     World,
-    document::{Document, ScriptSpec, Sources},
+    document::{Allowed, Document, ScriptSpec, Sources},
     errors::{Error, Result},
     plugins::Registry,
     session::file::AddonEntry,
@@ -125,7 +125,11 @@ impl Started {
     /// Attaches all add-ons to a world that has not been started.
     pub fn attach(&self, world: &World) -> Result {
         for (addon, options) in &self.0 {
-            let text = world.document().sources.read(&addon.file).map_err(|e| unreadable(&addon.file, &e))?;
+            let text = world
+                .document()
+                .sources
+                .read(&Allowed::chosen(&addon.file))
+                .map_err(|e| unreadable(&addon.file, &e))?;
             let slot = world.attach(&spec(addon, text))?;
             world.give_options(slot, options);
             if addon.style == Style::Function {

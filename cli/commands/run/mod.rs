@@ -226,6 +226,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     if let Some(session) = &session {
         session.interrupt_by(interrupted.clone());
     }
+    world.interrupt_by(interrupted.clone());
     let bar = progress(args, steps);
     let mut clock = Clock::start();
     watchdog.world(&world, !args.json);

@@ -49,7 +49,9 @@ pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Re
         search.add_user_folder(folder);
     }
     let of_program = std::mem::take(&mut search.models);
-    search.models = model_folders(scene).into_iter().chain(of_program).collect();
+    let (of_scene, of_user) = model_folders(scene);
+    search.models = of_scene.iter().cloned().chain(of_user).chain(of_program).collect();
+    search.models_of_scene = of_scene;
     Ok(Searched { search, untrusted })
 }
 
@@ -66,8 +68,8 @@ pub fn untrusted(scene: &Path, folder: &Path) -> Error {
 
 /// Returns the folders that are searched for models before those of the program, in order: `models` beside the scene
 /// or, without a scene, in the working folder; the parent folder, if the scene is the file of a model; the folders in
-/// `TATU_MODEL_PATH`; and the user's folder.
-fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
+/// `TATU_MODEL_PATH`; and the user's folder. The first list contains those that come with the scene.
+fn model_folders(scene: Option<&Path>) -> (Vec<PathBuf>, Vec<PathBuf>) {
     let here = scene.and_then(Path::parent).unwrap_or(Path::new(""));
     let mut folders = vec![here.join("models")];
     // A model that is opened as a scene can refer to its sibling folders by name.
@@ -75,9 +77,8 @@ fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
         folders.extend(std::path::absolute(here).ok().and_then(|f| f.parent().map(Path::to_owned)));
     }
     let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
-    folders.extend(std::env::split_paths(&given).filter(|f| !f.as_os_str().is_empty()));
-    folders.extend(user_folder().map(|f| f.with_file_name("models")));
-    folders
+    let of_user: Vec<_> = std::env::split_paths(&given).filter(|f| !f.as_os_str().is_empty()).collect();
+    (folders, of_user.into_iter().chain(user_folder().map(|f| f.with_file_name("models"))).collect())
 }
 
 /// Returns the file of a scene: the path itself if it exists; otherwise a scene that comes with the program, by its

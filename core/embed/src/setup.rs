@@ -158,8 +158,10 @@ pub(crate) fn registry_of(setup: &Setup, bundled: bool) -> Result<Arc<Registry>>
     let mut search = search_of(setup, bundled)?;
     let given: Vec<PathBuf> = setup.plugins.iter().filter(|p| p.is_file()).cloned().collect();
     search.files.splice(0..0, given);
-    let key: Vec<PathBuf> =
-        search.folders.iter().map(|(f, _)| f).chain(&search.files).chain(&search.models).cloned().collect();
+    let key: Vec<PathBuf> = {
+        let folders = search.folders.iter().map(|(f, _)| f).chain(&search.files);
+        folders.chain(&search.models).chain(&search.models_of_scene).cloned().collect()
+    };
     let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
     shared.retain(|(_, registry)| registry.strong_count() > 0);
     if let Some(registry) = shared.iter().find(|(k, _)| *k == key).and_then(|(_, r)| r.upgrade()) {

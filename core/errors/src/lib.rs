@@ -65,7 +65,7 @@ pub type Result<T = (), E = Error> = std::result::Result<T, E>;
 impl Error {
     /// Creates an error from its code and message.
     pub fn new(code: &'static str, text: impl Into<String>) -> Self {
-        Error { code, text: text.into(), ..Default::default() }
+        Error { code, text: bounded(text.into()), ..Default::default() }
     }
     /// Sets the position if the error does not have one yet; `None` leaves it unset.
     pub fn at(mut self, place: Option<Place>) -> Self {
@@ -76,12 +76,12 @@ impl Error {
     }
     /// Sets the description of what was expected.
     pub fn expected(mut self, text: impl Into<String>) -> Self {
-        self.expected = Some(text.into());
+        self.expected = Some(bounded(text.into()));
         self
     }
     /// Sets the hint.
     pub fn help(mut self, text: impl Into<String>) -> Self {
-        self.help = Some(text.into());
+        self.help = Some(bounded(text.into()));
         self
     }
     /// Sets the hint "did you mean ...?" if one of the names in `known` is similar to `name`.
@@ -114,15 +114,55 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
+/// Maximum length of a part of an error, bytes; it may contain a name from a file of any size.
+const LONGEST_TEXT: usize = 16 << 10;
+
+fn bounded(mut text: String) -> String {
+    let length = text.len();
+    if length > LONGEST_TEXT {
+        text.truncate((0..=LONGEST_TEXT).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0));
+        text += &format!("... ({length} bytes)");
+    }
+    text
+}
+
+/// Maximum length of names that are compared, bytes. The comparison takes time and memory in proportion to the product
+/// of the lengths, and nobody misspells a longer name by few letters.
+pub const LONGEST_NAME: usize = 200;
+
 /// Returns the name in `known` that is most similar to the misspelt `name`, ignoring case, or `None` if no name is
 /// similar enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if name.len() > LONGEST_NAME {
+        return None;
+    }
+    let lower = name.to_lowercase();
     known
         .into_iter()
-        .map(|k| (strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase()), k))
+        .filter(|k| k.len() <= LONGEST_NAME)
+        .map(|k| (strsim::damerau_levenshtein(&lower, &k.to_lowercase()), k))
         .filter(|(d, k)| *d <= 1 + k.len().max(name.len()) / 4)
         .min_by_key(|(d, _)| *d)
         .map(|(_, k)| k)
+}
+
+#[cfg(test)]
+mod bounds {
+    use super::*;
+
+    #[test]
+    fn long_names_are_neither_compared_nor_repeated() {
+        let long = "k".repeat(10_000_000);
+        let known = ["keys", "k"];
+        assert_eq!(nearest(&long, known), None);
+        assert_eq!(nearest("key", [long.as_str(), "keys"]), Some("keys"));
+        let error = Error::new("E101", format!("unknown key `{long}`")).nearest(&long, known).help(long.clone());
+        assert!(error.text.len() < 20_000 && error.text.ends_with("(10000014 bytes)"), "{}", error.text.len());
+        assert!(error.help.is_some_and(|h| h.len() < 20_000));
+        // A character is not divided.
+        let text = Error::new("E101", "\u{e4}".repeat(20_000)).text;
+        assert!(text.starts_with('\u{e4}') && text.len() < 20_000);
+    }
 }
 
 /// The kind of a fault.

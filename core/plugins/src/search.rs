@@ -48,6 +48,8 @@ pub struct Search {
     pub only: Option<PathBuf>,
     /// Folders that are searched for models by name, in order.
     pub models: Vec<PathBuf>,
+    /// Those of `models` whose contents come with the scene, rather than from the user or the program.
+    pub models_of_scene: Vec<PathBuf>,
 }
 
 /// A temporary folder for copies of libraries, deleted on drop.
@@ -124,6 +126,11 @@ impl Search {
     /// Returns whether a file is in a folder that a scene lists.
     pub fn is_of_scene(&self, file: &Path) -> bool {
         self.lies_in(file, Source::Scene)
+    }
+
+    /// Returns whether the contents of a folder of models come with the scene.
+    pub fn is_beside_scene(&self, folder: &Path) -> bool {
+        self.models_of_scene.iter().any(|f| f == folder)
     }
 
     fn lies_in(&self, file: &Path, source: Source) -> bool {

@@ -147,6 +147,10 @@ pub struct Before {
 #[derive(Default)]
 pub struct Watch {
     now: AtomicU64,
+    /// Number of calls that were made while no other was running, and the record of the last of them. A script that
+    /// calls commands without end changes `now` each time, but not these.
+    outermost: AtomicU64,
+    outer: AtomicU64,
     /// Number of instances if the call is for a batch; the record names the first one.
     batch: AtomicU32,
     /// Number of the running command, from 1; 0 if there is none.
@@ -193,7 +197,12 @@ impl Watch {
         let word = self.now.load(Relaxed);
         let plugin = (plugin as u64) & ((1 << PLUGIN) - 1);
         let object = u64::from(slot) & ((1 << OBJECT) - 1);
-        self.note(word, (call as u64) << (OBJECT + PLUGIN) | plugin << OBJECT | object);
+        let new = (call as u64) << (OBJECT + PLUGIN) | plugin << OBJECT | object;
+        if word & ((1 << COUNT) - 1) == 0 {
+            self.outer.store(new, Relaxed);
+            self.outermost.store(self.outermost.load(Relaxed).wrapping_add(1), Relaxed);
+        }
+        self.note(word, new);
         Before { word, outer: HERE.replace(self) }
     }
     /// Like `enter`, for a call for several instances, of which `slot` is the first.
@@ -226,6 +235,7 @@ impl Watch {
     pub fn waits(&self) {
         let now = self.now.load(Relaxed);
         self.note(now, now);
+        self.outermost.store(self.outermost.load(Relaxed).wrapping_add(1), Relaxed);
     }
     #[inline]
     fn note(&self, last: u64, what: u64) {
@@ -329,15 +339,17 @@ impl Watches {
             *commands = names;
         }
     }
-    /// Starts the watchdog: a thread that calls `stuck` once, if a call has not returned within `limit`.
+    /// Starts the watchdog: a thread that calls `stuck` once, if a call has not returned within `limit`. It looks at the
+    /// innermost call and, while a script is running, also at the outermost one, since a script can call commands without
+    /// end.
     ///
     /// Time for which the whole process is paused (by a debugger, or because the computer sleeps) does not count.
     pub fn guard(&self, limit: Duration, stuck: impl FnOnce(Stuck) + Send + 'static) -> std::io::Result<()> {
         let watches = self.clone();
         let pause = (limit / 20).clamp(Duration::from_millis(1), Duration::from_millis(250));
         let run = move || {
-            // The last record of each watch, and for how long it has not changed.
-            let mut seen: BTreeMap<*const Watch, (u64, Duration)> = BTreeMap::new();
+            // The last record of each watch and the number of its outermost call, and for how long each has not changed.
+            let mut seen: BTreeMap<*const Watch, ([u64; 2], [Duration; 2])> = BTreeMap::new();
             loop {
                 thread::sleep(pause);
                 let all: Vec<Arc<Watch>> = watches
@@ -351,14 +363,23 @@ impl Watches {
                     let key = Arc::as_ptr(watch);
                     let word = watch.now.load(Relaxed);
                     let idle = word & ((1 << COUNT) - 1) == 0;
-                    let since = match seen.get(&key) {
-                        Some((last, since)) if *last == word && !idle => *since + pause,
-                        _ => Duration::ZERO,
-                    };
-                    if since >= limit {
+                    let runs_script = watch.script[0].load(Relaxed) != 0;
+                    let (now, counts) = ([word, watch.outermost.load(Relaxed)], [!idle, !idle && runs_script]);
+                    let mut since = [Duration::ZERO; 2];
+                    if let Some((last, before)) = seen.get(&key) {
+                        for i in 0..2 {
+                            if counts[i] && last[i] == now[i] {
+                                since[i] = before[i] + pause;
+                            }
+                        }
+                    }
+                    if since[0] >= limit {
                         return stuck(watches.describe(watch, word));
                     }
-                    next.insert(key, (word, since));
+                    if since[1] >= limit {
+                        return stuck(watches.describe(watch, watch.outer.load(Relaxed)));
+                    }
+                    next.insert(key, (now, since));
                 }
                 seen = next;
             }
@@ -432,6 +453,27 @@ mod tests {
         let wanted = Stuck { plugin: "org.b".into(), object, others: 0, call: "tatu_command.call", command, script };
         assert_eq!(stuck, wanted);
         assert_eq!(outer.word & ((1 << COUNT) - 1), 0, "nothing was noted before");
+    }
+
+    #[test]
+    fn a_script_that_calls_commands_without_end_is_named() {
+        let watches = Watches::default();
+        watches.plugins(vec!["org.language".into(), "org.commands".into()]);
+        let watch = watches.watch();
+        watch.name(7, "/robot".into());
+        let (tell, told) = mpsc::channel();
+        watches.guard(Duration::from_millis(40), move |s| tell.send(s).unwrap()).unwrap();
+        watch.enter(Call::ScriptCall, 0, 7);
+        watch.script(ScriptPlace(1, 1));
+        let stuck = loop {
+            let inner = watch.enter(Call::Command, 1, 7);
+            watch.leave(inner);
+            if let Ok(stuck) = told.try_recv() {
+                break stuck;
+            }
+        };
+        assert_eq!((stuck.plugin.as_str(), stuck.call), ("org.language", "tatu_language.call"));
+        assert_eq!(stuck.object.as_deref(), Some("/robot"));
     }
 
     #[test]

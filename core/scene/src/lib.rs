@@ -6,6 +6,7 @@
 //!   lookup by path and by unique name; `moves`: the shapes that have moved;
 //! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting poses;
 //! - [`rows`]: the table of the core's properties; `props`: reading and setting properties;
+//! - [`folders`]: folders below which files are opened;
 //! - `forms`: the solids of a shape; `drive`: the wheel drive of a robot; `texture`: images on shapes;
 //! - `dynamics`: bodies and joints of the engine; `body_rules`: rules for their creation from objects; `mechanisms`:
 //!   the choice of solver for the joints of a mechanism; `closing`: whether loops can be closed; `mechanics`: checks of
@@ -16,6 +17,7 @@ mod closing;
 pub mod document;
 mod drive;
 mod dynamics;
+pub mod folders;
 mod forms;
 pub mod graph;
 mod mechanics;

@@ -371,6 +371,14 @@ typedef struct tatu_host_session {
    * (TATU_FUNC). It can be retained like a function of a script. When it is called, the host calls
    * tatu_service.call_func with `local`, a number that the service chooses. */
   tatu_status(TATU_CALL *function)(tatu_world *, uint32_t local, tatu_func *func);
+  /* [any] Asks that a script which is running returns, because a client wants to stop the run: a script that does not
+   * return within a second is ended. The request for the stop itself follows in the service's turn. Beyond `size`:
+   * a script is ended only by its budget. */
+  void(TATU_CALL *stop)(tatu_session *);
+  /* [step] For script languages: returns nonzero once the running script must return, because it has not done so within
+   * a second after a stop was requested from outside. Ask at least every few milliseconds, and then end the call with
+   * TATU_ERR_BUDGET. Beyond `size`: scripts never must. */
+  uint32_t(TATU_CALL *must_return)(tatu_world *);
 } tatu_host_session;
 
 /* ---------------------------------------------------------------- Stages ---------------------------------------- */

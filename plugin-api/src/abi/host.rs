@@ -256,6 +256,8 @@ pub struct tatu_host_session {
     pub observe: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, Lent<'_>) -> tatu_status>,
     pub interrupted: Option<extern "C" fn(WorldRef<'_>) -> u32>,
     pub function: Option<extern "C" fn(WorldRef<'_>, u32, Option<&mut tatu_func>) -> tatu_status>,
+    pub stop: Option<unsafe extern "C" fn(*mut tatu_session)>,
+    pub must_return: Option<extern "C" fn(WorldRef<'_>) -> u32>,
 }
 
 pub const TATU_STOPPED: u32 = 0;

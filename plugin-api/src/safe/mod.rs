@@ -35,7 +35,7 @@ pub use value::fail::{Fail, Result};
 pub use value::field::{Element, Field, TypedField};
 pub use value::owned::{MAX_DEPTH, Owned, Room, Value};
 pub use value::param::{Param, Params};
-pub use value::plain::{MOST_BYTES, open_plain, read_plain, read_plain_text};
+pub use value::plain::{MOST_BYTES, open_plain, read_opened, read_plain, read_plain_text};
 pub use value::reading::Reading;
 pub use value::sample::{Readout, Sample};
 

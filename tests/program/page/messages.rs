@@ -67,6 +67,28 @@ fn a_scene_is_opened_started_changed_and_reset() {
     wait_for("it is reset", Duration::from_secs(30), || ((place(&mut socket) - begin).abs() < 1e-9).then_some(()));
 }
 
+/// A script that spins, in its own instructions or by commands, would keep the page from being answered for ever.
+#[test]
+fn a_stop_in_the_page_ends_a_script_that_does_not_return() {
+    for body in ["while true do end", "while true do sim.getSimulationTime() end"] {
+        let script = format!("function sysCall_actuation() io.open('spins', 'w'):close() {body} end");
+        let scene = format!("budget = {{ instructions = 1000000000000 }}\n{}", watcher("d", &script));
+        let place = Place::scene(&scene);
+        let served = Served::new(place.path(), &["open", "scene.toml", "--no-browser", "--watchdog", "250"]);
+        let mut socket = served.socket();
+        next(&mut socket, "scene");
+        let mut run = |what: &str| {
+            socket.send(Message::text(json!({ "type": "run", "action": what }).to_string())).unwrap();
+        };
+        run("start");
+        wait_for("the script spins", Duration::from_secs(30), || place.path().join("spins").exists().then_some(()));
+        run("stop");
+        // The page is answered again.
+        let answer = call(&mut socket, "tatu.get", json!([0, "scene.phase"]));
+        assert_eq!(answer["error"], Value::Null, "{answer}");
+    }
+}
+
 #[test]
 fn wrong_requests_are_refused_with_the_field_and_what_was_expected() {
     let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);

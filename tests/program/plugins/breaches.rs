@@ -45,7 +45,7 @@ fn calls(how: &str) -> Place {
         "function sysCall_actuation()
             if called then return end
             called = true
-            print('told', pcall(breach.now, '{how}'))
+            print('told', pcall(breach.now, '{how}', {{1.5, 2.5}}))
         end
         function sysCall_cleanup() print('goes on to the end') end"
     );
@@ -59,6 +59,7 @@ fn a_command_that_writes_or_gives_what_it_must_not_is_blamed_itself() {
         ("results twice", "wrote outside its space for 64 results"),
         ("before the results", "wrote outside its space for 64 results"),
         ("past alloc", "wrote past the end of memory that the host gave it"),
+        ("past an argument", "wrote past the end of an argument"),
         ("before the state", "state block"),
         ("past the state", "state block"),
         ("huge span", "result 1 has 1152921504606846976 elements"),

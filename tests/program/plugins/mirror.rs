@@ -122,7 +122,7 @@ mirror! {
     tatu_host_scripts { size, reserved, list, call, broadcast, options, add, call_below, text, change }
     tatu_host_signals { size, reserved, get, set, clear, name }
     tatu_host_events { size, reserved, publish, subscribe, unsubscribe, wanted, declared }
-    tatu_host_session { size, reserved, request, wake, worlds, client, state, input, put_in, open, observed, observe, interrupted, function }
+    tatu_host_session { size, reserved, request, wake, worlds, client, state, input, put_in, open, observed, observe, interrupted, function, stop, must_return }
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve, open }

@@ -68,6 +68,9 @@ impl Running {
     pub fn client(&self) -> Client {
         Client::connect(self.port)
     }
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
     /// Sends a signal to the program.
     #[cfg(unix)]
     pub fn signal(&self, name: &str) {
@@ -122,6 +125,9 @@ impl Client {
         let to = TcpStream::connect(("127.0.0.1", port)).unwrap();
         to.set_read_timeout(Some(PATIENCE)).unwrap();
         Client { from: BufReader::new(to.try_clone().unwrap()), to, id: 0 }
+    }
+    pub fn end_sending(&mut self) {
+        self.to.shutdown(std::net::Shutdown::Write).unwrap();
     }
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.to.write_all(bytes).unwrap();

@@ -1,6 +1,7 @@
 //! Tests of the services, with the real clients of each protocol where they are available.
 
 pub mod jsonl;
+mod jsonl_clients;
 pub mod legacy_remote;
 mod masters;
 mod next_scene;

@@ -26,6 +26,49 @@ fn steps_have_bounds() {
     place.run(&both).refused(&["a step of 50 s would have 500000 physics steps of 0.0001 s", "at most 100000"]);
 }
 
+/// The readings and images of all sensors have a bound, also those of copies and of changed parameters.
+#[test]
+fn sensors_have_a_bound_of_memory_together() {
+    let camera = "[[object]]\nkind = \"sensor\"\nsensor = \"depth_camera\"\nalias = \"cam\"\n";
+    let place = Place::scene(&format!("{camera}columns = 8192\nrows = 8192\npoints = true\nincidence = true\n"));
+    // 67 million pixels with 48 bytes each while they are rendered, and readings of at least 4 bytes a pixel.
+    place.run(&["--steps", "1"]).refused(&["E402", "/cam", "the limit is 4096 MB", "choose fewer pixels or sensors"]);
+    // 5,000 images of 640 x 480 pixels would need 74 GB while they are rendered.
+    let scene = format!(
+        "{camera}columns = 640\nrows = 480\n{}",
+        watcher(
+            "d",
+            "function sysCall_init()
+            local cam, made = sim.getObject('/cam'), 0
+            local ok, why
+            repeat
+                ok, why = pcall(sim.copyPasteObjects, {cam}, 0)
+                made = made + 1
+            until not ok or made == 5000
+            print('told', made < 5000, why)
+        end"
+        )
+    );
+    // The memory that is there may be less than the limit.
+    let done = Place::scene(&scene).run(&["--steps", "1", "--set", "/cam.explicit=true"]);
+    done.tells(&["told\ttrue", "choose fewer pixels or sensors"]);
+}
+
+/// Values are counted before they are made.
+#[test]
+fn values_of_a_call_have_a_bound() {
+    let script = "function sysCall_init()
+            local data = ('x'):rep(64 << 20)
+            for _, unpack in ipairs({sim.unpackUInt8Table, sim.unpackTable}) do
+                local ok, why = pcall(unpack, data)
+                assert(not ok and why:find('exceed the limit of 256 MB'), why)
+            end
+            assert(#sim.unpackUInt8Table(data, 0, 1000000) == 1000000)
+            print('done')
+        end";
+    Place::scene(&watcher("d", script)).run(&["--steps", "1"]).good().tells(&["done"]);
+}
+
 #[test]
 fn drives_may_be_told_anything() {
     let joint = "[[object]]\nkind = \"shape\"\nalias = \"base\"\n[[object]]\nkind = \"joint\"\nalias = \"j\"\nparent = \"/base\"\ncontrol = \"velocity\"\nmax_force_nm = 1.0\n\

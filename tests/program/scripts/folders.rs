@@ -95,6 +95,25 @@ fn what_is_beside_a_saved_scene_does_not_lead_out() {
     assert!(place.path().join("scene/whole.toml").is_file());
 }
 
+/// A script that replaced the scene's own file would keep the user of the page from saving.
+#[test]
+fn scripts_do_not_save_to_the_scenes_own_file() {
+    let script = "function sysCall_init()
+            for _, name in ipairs({'scene.toml', './scene.toml', 'sub/../scene.toml'}) do
+                local ok, why = pcall(sim.saveScene, name)
+                assert(not ok and tostring(why):find(\"scene's own file\"), why)
+                ok, why = pcall(sim.saveModel, sim.getObject('/d'), name)
+                assert(not ok and tostring(why):find(\"scene's own file\"), why)
+            end
+            assert(sim.saveScene('other.toml') == 1)
+            print('done')
+        end";
+    let place = place(script);
+    let before = place.read("scene/scene.toml");
+    ran(&place).good().tells(&["done"]);
+    assert_eq!(place.read("scene/scene.toml"), before);
+}
+
 #[test]
 fn links_within_the_folder_are_followed() {
     let script = "function sysCall_init()

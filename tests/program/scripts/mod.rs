@@ -5,6 +5,7 @@ mod addons;
 mod cascades;
 mod catalogue;
 mod driver;
+mod endless;
 mod eras;
 mod events;
 mod folders;

@@ -188,3 +188,30 @@ fn every_dependency_has_its_reason() {
         has_reason = is_reason;
     }
 }
+
+/// The files that may read what the user or the program has chosen, past the check of names in documents. A path that
+/// comes from a document must not get there.
+const CHOOSERS: [&str; 7] = [
+    "cli/addons/find.rs",
+    "cli/addons/start.rs",
+    "core/scene/src/document/overrides.rs",
+    "core/scene/src/document/reach.rs",
+    "core/scene/src/document/sources.rs",
+    "core/scene/src/document/toml/mod.rs",
+    "core/world/src/state/source.rs",
+];
+
+#[test]
+fn readers_of_documents_read_only_what_was_allowed() {
+    let mut found = Vec::new();
+    for file in ["cli", "core", "python/src"].iter().flat_map(|folder| files(&root().join(folder))) {
+        let Ok(text) = fs::read_to_string(&file) else { continue };
+        if text.contains("Allowed::chosen(") || file.ends_with("document/reach.rs") {
+            found.push(short(&file));
+        }
+        let reads = ["fs::read(", "fs::read_to_string(", "File::open(", "read_plain(", "read_plain_text("];
+        let is_document = short(&file).starts_with("core/scene/src/document/") && !file.ends_with("reach.rs");
+        assert!(!is_document || !reads.iter().any(|r| text.contains(r)), "{} reads files itself", short(&file));
+    }
+    assert_eq!(found, CHOOSERS);
+}

@@ -103,6 +103,9 @@ impl Device {
 
     /// Moves the reading in memory, next to the reading of the sensor that was added before this one.
     pub(super) fn shelve(&mut self, arena: &mut ReadingArena) {
+        if ReadingArena::is_large(self.fields.len()) {
+            return;
+        }
         let mut words = arena.take(self.fields.len());
         words.copy_from_slice(&self.fields);
         self.fields = words;
@@ -383,6 +386,11 @@ impl Layout {
     /// Returns the number of words that the fields occupy, with their guards.
     pub fn words(&self) -> usize {
         self.words
+    }
+
+    /// Returns the sizes of the memory that a sensor needs, bytes: for its reading, and while its image is rendered.
+    pub(super) fn bytes(&self) -> [u64; 2] {
+        [8 * self.words as u64, self.plan.image_bytes()]
     }
 
     /// Clears the fields for a measurement, and sets the guards.

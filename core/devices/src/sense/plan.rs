@@ -86,6 +86,11 @@ impl BeamPlan {
         self.directions.len() + self.image.map_or(0, |i| i.columns as usize * i.rows as usize)
     }
 
+    /// Returns the size of the memory that the image of the sensor needs while it is rendered, bytes.
+    pub(super) fn image_bytes(&self) -> u64 {
+        self.image.map_or(0, |i| u64::from(i.columns) * u64::from(i.rows) * BYTES_PER_PIXEL as u64)
+    }
+
     /// Returns the actual shape of a field, given its declared shape.
     pub fn shape(&self, declared: [u32; 3]) -> [u32; 3] {
         let image = self.image.map_or((0, 0), |i| (i.rows, i.columns));

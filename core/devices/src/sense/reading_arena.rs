@@ -85,9 +85,14 @@ pub struct ReadingArena {
 }
 
 impl ReadingArena {
+    /// Returns whether a buffer of this many words is allocated separately.
+    pub fn is_large(len: usize) -> bool {
+        len > LARGE
+    }
+
     /// Allocates a buffer, next to the previous one unless it is large or the chunk is full.
     pub fn take(&mut self, len: usize) -> ReadingBuffer {
-        if len > LARGE {
+        if Self::is_large(len) {
             return ReadingBuffer::new(len);
         }
         if self.used + len > self.last.len() {

@@ -34,8 +34,18 @@ pub struct Sensing {
     /// Whether `rolls` is up to date.
     pub(super) listed: bool,
     arena: ReadingArena,
+    /// Sizes of the memory that all devices need; see [`Layout::bytes`].
+    bytes: [u64; 2],
     pub(super) scratch: MeasureScratch,
 }
+
+/// Maximum size of the readings and images of all sensors, bytes. `estimate`: a thousand depth cameras of 640 x 480
+/// pixels with points fit; larger scenes fit into the memory of few computers.
+const MOST_BYTES: u64 = 4 << 30;
+/// Size up to which the system is not asked whether it can provide the memory, bytes.
+const SMALL: u64 = 64 << 20;
+/// Memory that must remain for everything else, bytes. `estimate`: the program with a typical scene.
+const REST: u64 = 128 << 20;
 
 impl Sensing {
     /// Adds a device.
@@ -44,9 +54,42 @@ impl Sensing {
         self.put(device);
     }
     fn put(&mut self, device: Device) {
+        self.bytes = sum(self.bytes, device.layout.bytes());
         self.note(&device, self.devices.len());
         self.devices.push(device);
         self.unsettle();
+    }
+    /// Checks that there is memory for a sensor with a layout. `old` is the present layout of the sensor, if any. All
+    /// images may be rendered at once, so their memory is counted although it is used only meanwhile.
+    pub fn check_room(&self, layout: &Layout, old: Option<&Layout>) -> Result<(), String> {
+        let own = layout.bytes();
+        let known = old.map_or(self.bytes, |old| less(self.bytes, old.bytes()));
+        let all = sum(known, own);
+        let (own_total, total) = (own[0] + own[1], all[0].saturating_add(all[1]));
+        let told = |why: &str| {
+            format!(
+                "it needs about {} MB, and all sensors together {} MB, {why}; choose fewer pixels or sensors",
+                own_total >> 20,
+                total >> 20
+            )
+        };
+        if total > MOST_BYTES {
+            return Err(told(&format!("but the limit is {} MB", MOST_BYTES >> 20)));
+        }
+        // The readings of the other sensors have been allocated.
+        let missing = own[0] + all[1] + REST;
+        let is_there = || usize::try_from(missing).is_ok_and(|n| Vec::<u8>::new().try_reserve_exact(n).is_ok());
+        match total > SMALL && !is_there() {
+            true => Err(told("which the system cannot provide (`ulimit -v`, or the job's limit)")),
+            false => Ok(()),
+        }
+    }
+    /// Changes the layout of the device with this slot and id. Returns the device, or `None` if it does not exist.
+    pub fn lay_out(&mut self, slot: u32, id: u64, layout: Rc<Layout>) -> Option<&mut Device> {
+        let device = self.devices.iter_mut().find(|d| d.slot == slot && d.id == id)?;
+        self.bytes = sum(less(self.bytes, device.layout.bytes()), layout.bytes());
+        device.lay_out(layout);
+        Some(device)
     }
     /// Marks the sensor settings of the scene as changed.
     pub fn unsettle(&mut self) {
@@ -119,10 +162,19 @@ impl Sensing {
         }
         let (keep, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut self.devices).into_iter().partition(alive);
         self.by_slot.clear();
+        self.bytes = [0; 2];
         self.unsettle();
         keep.into_iter().for_each(|d| self.put(d));
         gone
     }
+}
+
+fn sum(a: [u64; 2], b: [u64; 2]) -> [u64; 2] {
+    [a[0].saturating_add(b[0]), a[1].saturating_add(b[1])]
+}
+
+fn less(a: [u64; 2], b: [u64; 2]) -> [u64; 2] {
+    [a[0].saturating_sub(b[0]), a[1].saturating_sub(b[1])]
 }
 
 /// Number of preceding sensors that are searched for an equal layout: about as many as a robot has.

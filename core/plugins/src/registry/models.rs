@@ -27,6 +27,8 @@ pub const MODEL_FILE: &str = "model.toml";
 pub struct Found {
     /// Id of the model in scene files, which is the name of its folder or file.
     pub id: String,
+    /// The folder of models that contains it.
+    pub folder: PathBuf,
     /// The file that describes the model.
     pub file: PathBuf,
     /// Index of the importer that reads the file; `None` for a [`MODEL_FILE`].
@@ -148,14 +150,14 @@ impl Registry {
             let file = folder.join(id).join(MODEL_FILE);
             // A file that cannot be read is also found, because the reason is reported when the model is read.
             if file.symlink_metadata().is_ok() {
-                return Some(Found { id: id.to_owned(), file, importer: None });
+                return Some(Found { id: id.to_owned(), folder: folder.clone(), file, importer: None });
             }
             let importers = self.importers.iter().enumerate();
             let mut suffixes = importers.flat_map(|(i, info)| info.suffixes.iter().map(move |s| (i, s)));
             suffixes.find_map(|(importer, suffix)| {
                 let name = format!("{id}{suffix}");
                 let file = [folder.join(&name), folder.join(id).join(&name)].into_iter().find(|f| f.is_file())?;
-                Some(Found { id: id.to_owned(), file, importer: Some(importer) })
+                Some(Found { id: id.to_owned(), folder: folder.clone(), file, importer: Some(importer) })
             })
         })
     }

@@ -12,6 +12,7 @@ use toml_edit::Item;
 use super::{
     DeviceSpec, Document, MAIN, ObjectSpec, Report, ScriptSpec, keys, presets,
     presets::{Target, row},
+    reach::Reach,
 };
 use crate::{
     names::{ALIAS, is_alias},
@@ -34,6 +35,8 @@ pub struct Builder<'a> {
     pub place: Option<Place>,
     /// Reads text in the scene format, for plugins that build models from text; `None` if this build cannot read text.
     pub texts: Option<ReadText>,
+    /// The files that the document may name at present.
+    pub(super) reach: Reach,
 }
 
 /// Adds the objects that a text in the scene format describes, below a parent. The path is that of the file that
@@ -44,6 +47,11 @@ pub type ReadText = fn(&mut Builder<'_>, &Path, &str, Option<usize>) -> Result;
 const MOST_OBJECTS: usize = 1_000_000;
 
 impl<'a> Builder<'a> {
+    /// Creates a builder of a document that may name the files in `reach`, without a location, and which cannot read text.
+    pub(super) fn new(registry: &'a Registry, document: &'a mut Document, reach: Reach) -> Self {
+        Builder { registry, document, group: 0, place: None, texts: None, reach }
+    }
+
     /// Adds an object and returns its index. If the alias is empty, it defaults to the name of the kind.
     pub fn object(&mut self, kind: &str, parent: Option<usize>, alias: &str) -> Result<usize> {
         let Some((_, number)) = KINDS.iter().find(|(n, _)| *n == kind) else {

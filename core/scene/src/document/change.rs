@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use tatu_errors::{Error, Place, Result};
 use toml_edit::Item;
 
+use super::reach::Reach;
+
 /// An override of a property.
 #[derive(Debug, Clone)]
 pub struct Override {
@@ -18,6 +20,8 @@ pub struct Override {
     pub item: Item,
     /// The source location; `None` for an override from the command line.
     pub place: Option<Place>,
+    /// The files that the value may name; `None` for those that the scene may name.
+    pub(super) reach: Option<Reach>,
 }
 
 impl Override {
@@ -37,7 +41,7 @@ impl Override {
             .parse::<toml_edit::Value>()
             .map(Item::Value)
             .unwrap_or_else(|_| Item::Value(toml_edit::Value::from(value)));
-        Ok(Override { from: None, path: path.trim().into(), key: key.trim().into(), item, place: None })
+        Ok(Override { from: None, path: path.trim().into(), key: key.trim().into(), item, place: None, reach: None })
     }
 }
 

@@ -13,9 +13,8 @@ use tatu_plugins::{
 
 use super::{
     Builder, Report,
-    import_files::{MOST_BYTES, Source},
+    import_files::Source,
     plugin_builder::{BuildCall, Failed, run},
-    sources::Sources,
 };
 
 /// A file to import.
@@ -34,23 +33,16 @@ pub(super) struct Import<'a> {
 }
 
 /// Reads a file to import. `name` is the name of the file as written in the scene, for error messages.
-pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u8>> {
-    let fail = |why: String| {
-        Error::new("E105", format!("cannot read the import `{name}`: {why}"))
+pub(super) fn source(b: &Builder<'_>, file: &Path, name: &str) -> Result<Vec<u8>> {
+    b.document.sources.read(&b.allowed(file, name)?).map_err(|e| {
+        Error::new("E105", format!("cannot read the import `{name}`: {e}"))
             .expected(format!("a file {}", file.display()))
-    };
-    if !sources.are_kept() && !sources.has(file) {
-        let about = std::fs::metadata(file).map_err(|e| fail(e.to_string()))?;
-        if !about.is_file() || about.len() > MOST_BYTES {
-            return Err(fail(format!("it is not a file, or has more than {MOST_BYTES} bytes")));
-        }
-    }
-    sources.read(file).map_err(|e| fail(e.to_string()))
+    })
 }
 
 impl Builder<'_> {
-    /// Imports a file; returns the index of the first object, which is the base. The importer can read files in and
-    /// below three folders: that of the imported file, that of the scene, and the current directory.
+    /// Imports a file; returns the index of the first object, which is the base. The importer can read the files that the
+    /// document may name.
     pub(super) fn import(
         &mut self,
         import: Import<'_>,
@@ -60,9 +52,6 @@ impl Builder<'_> {
         let registry = self.registry;
         let info = &registry.importers[import.choice.importer];
         let folder = import.file.parent().map(PathBuf::from).unwrap_or_default();
-        let scene = self.document.file.as_ref().and_then(|f| f.parent()).map(PathBuf::from);
-        let mut roots: Vec<PathBuf> = [folder.clone()].into_iter().chain(scene).chain([PathBuf::new()]).collect();
-        roots.dedup();
         let shown = import.file.display().to_string();
         self.document.reports.extend(import.choice.notes.iter().map(|note| Report::note(format!("{shown}: {note}"))));
         let first = self.document.objects.len();
@@ -72,7 +61,7 @@ impl Builder<'_> {
         };
         let outer = std::mem::replace(&mut self.group, group);
         self.started(&info.params);
-        let from = Source { name: Some(shown.clone()), folder: Some(folder), roots, whole: import.whole };
+        let from = Source { name: Some(shown.clone()), folder: Some(folder), whole: import.whole };
         let me = registry.plugins[info.plugin].me;
         let asked = BuildCall { plugin: info.plugin, call: Call::Import, subject: &format!("the import of {shown}") };
         let done = run(self, (asked, None), from, (&info.params, import.params), parent, |table, params, error| {

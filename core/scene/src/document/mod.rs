@@ -2,8 +2,8 @@
 //!
 //! - [`Document`]: objects, scripts, settings;
 //! - [`Builder`]: builds a document, and checks every property against its declaration;
-//! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats; `import_files`:
-//!   the additional files that importers read; `live`: the document of a running scene;
+//! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats; [`Reach`]: the
+//!   files that a document may name; `import_files`: reading them; `live`: the document of a running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
 //! - `presets`: named sets of sensor settings; `removal`: removal of parts of models; `stand`: the pose of an object
 //!   that is replaced;
@@ -24,6 +24,7 @@ mod names;
 mod overrides;
 mod plugin_builder;
 mod presets;
+mod reach;
 mod removal;
 mod scripts;
 mod services;
@@ -32,7 +33,12 @@ mod sources;
 mod stand;
 mod toml;
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ffi::OsString,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use nalgebra::Isometry3;
 use tatu_plugin_api::{
@@ -42,9 +48,9 @@ use tatu_plugin_api::{
 
 pub use build::Builder;
 pub use change::{Override, ScriptOverride};
-pub use import_files::normal;
 pub use live::Beside;
 pub use presets::{Setting, Target, settings as preset_settings};
+pub use reach::{Allowed, Reach};
 pub use services::{ServiceOverride, UserSettings};
 pub use settings::{FRICTION_RULES, FrictionPair, LONGEST, Settings};
 pub use sources::Sources;
@@ -223,6 +229,9 @@ pub struct Document {
     pub(crate) entries: Vec<entry::Entry>,
     /// The source files of the document.
     pub sources: Sources,
+    /// Folders with script files that the document names or the user has chosen, each with the suffix of these files.
+    /// Files with this suffix in the folder are modules, which scripts may read.
+    pub modules: BTreeSet<(PathBuf, OsString)>,
 }
 
 impl Document {
@@ -230,6 +239,13 @@ impl Document {
     fn new_group(&mut self) -> usize {
         self.groups += 1;
         self.groups
+    }
+
+    /// Lets scripts read the modules beside a script file.
+    fn add_modules(&mut self, script: &Path) {
+        if let (Some(folder), Some(suffix)) = (script.parent(), script.extension()) {
+            self.modules.insert((folder.to_owned(), suffix.to_owned()));
+        }
     }
 
     /// Creates the live tree that the document describes; also returns the slot of each object.

@@ -7,7 +7,9 @@ use tatu_plugins::{Declared, Registry};
 use super::{
     Builder, Document, ScriptSpec, Target,
     change::{Override, ScriptOverride},
-    keys, scripts, settings,
+    keys,
+    reach::{Allowed, Reach},
+    scripts, settings,
 };
 use crate::rows::{Row, kind_name};
 
@@ -63,6 +65,7 @@ pub(super) fn apply(
     registry: &Registry,
     all: &[Override],
     known: &[(usize, String, Value)],
+    reach: &Reach,
 ) -> Result<Option<(usize, String, Value)>> {
     let objects: Vec<Option<(usize, bool)>> = all
         .iter()
@@ -86,7 +89,7 @@ pub(super) fn apply(
         };
         if matches!(o.key.as_str(), "script" | "scripts") {
             let kept = std::mem::take(&mut document.objects[object].scripts);
-            let mut builder = Builder { registry, document, group: 0, place: None, texts: None };
+            let mut builder = Builder::new(registry, document, o.reach.as_ref().unwrap_or(reach).clone());
             let read = scripts::read_item(&mut builder, object, &o.item, o.place.clone());
             if read.is_err() {
                 document.objects[object].scripts = kept;
@@ -103,7 +106,7 @@ pub(super) fn apply(
         // The key may be a misspelt parameter of the model.
         let meant = params_of(document, object)
             .and_then(|(_, params)| keys::find(&o.key, &params, &format!("the model `{}`", o.path)).err());
-        let mut builder = Builder { registry, document, group: 0, place: None, texts: None };
+        let mut builder = Builder::new(registry, document, reach.clone());
         let declared = builder.declared(object);
         let owner = format!("`{}`, a {}", o.path, kind_name(builder.document.objects[object].kind));
         let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
@@ -152,13 +155,22 @@ fn model_param(document: &Document, object: usize, o: &Override) -> Result<Optio
 }
 
 /// Replaces all scripts of each object that an override refers to.
-pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all: &[ScriptOverride]) -> Result {
+pub(super) fn replace_scripts(
+    document: &mut Document,
+    registry: &Registry,
+    all: &[ScriptOverride],
+    reach: &Reach,
+) -> Result {
     for o in all {
         let object = find(document, None, &o.path)?;
         let text = document
             .sources
-            .read(&o.file)
+            .read(&Allowed::chosen(&o.file))
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
+        // In a stored document, the overrides do not come from the user.
+        if !document.sources.are_kept() || reach.contains(&o.file) {
+            document.add_modules(&o.file);
+        }
         let name = o.file.display().to_string();
         let language = registry.language(&name, &document.settings.providers)?;
         // The new script has the kind of the first script that it replaces: a main script remains a main script.

@@ -77,12 +77,8 @@ impl Builder<'_> {
 /// Calls the build function of a model.
 fn run_model(builder: &mut Builder<'_>, info: &Model, params: &[(String, Value)], parent: Option<usize>) -> Result {
     let registry = builder.registry;
-    let folder_of = |f: &Path| f.parent().map(PathBuf::from);
-    let scene = builder.document.file.as_deref().and_then(folder_of);
-    let folder = info.file.as_deref().map_or_else(|| scene.clone(), folder_of);
-    let mut roots: Vec<PathBuf> = folder.iter().cloned().chain(scene).collect();
-    roots.dedup();
-    let source = Source { name: None, roots, folder, whole: false };
+    let folder = info.file.as_deref().or(builder.document.file.as_deref()).and_then(Path::parent).map(PathBuf::from);
+    let source = Source { name: None, folder, whole: false };
     let me = registry.plugins[info.plugin].me;
     let asked = BuildCall { plugin: info.plugin, call: Call::Build, subject: &format!("the model `{}`", info.id) };
     let first = builder.document.objects.len();
@@ -126,7 +122,7 @@ fn of_text(builder: &Builder<'_>, info: &Model, said: &ErrorSlot) -> Error {
         Some(help) => error.help(help),
         None => error,
     };
-    let bytes = builder.document.sources.read(&file).unwrap_or_default();
+    let bytes = builder.document.sources.cached(&file).unwrap_or_default();
     error.at(Some(Place::of_line(file, &bytes, said.line as usize)))
 }
 
@@ -372,7 +368,8 @@ extern "C" fn scene(t: Option<&tatu_builder>, parent: u32, name: Lent<'_>, text:
 extern "C" fn file<'a>(t: Option<&'a tatu_builder>, relative: Lent<'_>, out: Option<&mut Lent<'a>>) -> tatu_status {
     let name = relative.text();
     let read = with(t, |build, b| {
-        let Some(bytes) = build.source.read(&name, &b.document.sources)? else { return Ok(None) };
+        let Some(folder) = &build.source.folder else { return Ok(None) };
+        let Some(bytes) = b.named_file(folder, &name)? else { return Ok(None) };
         let mut files = build.files.borrow_mut();
         files.push(bytes);
         // The bytes of each inner vector keep their address when the outer vector grows.

@@ -79,11 +79,16 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     let (name, text) = match (file, text) {
         (Some(file), None) => {
             let path = source.file.parent().unwrap_or(Path::new("")).join(&file);
-            let bytes = b.document.sources.read(&path).map_err(|e| {
+            let allowed = b.allowed(&path, &file).map_err(|e| e.at(Some(place.clone())))?;
+            let bytes = b.document.sources.read(&allowed).map_err(|e| {
                 Error::new("E105", format!("cannot read the script `{file}`: {e}"))
                     .expected(format!("a file {}", path.display()))
                     .at(Some(place.clone()))
             })?;
+            // The path of a stored file is what the stored document claims.
+            if b.reach.contains(&path) {
+                b.document.add_modules(&path);
+            }
             (path.display().to_string(), bytes)
         }
         (None, Some(text)) => (b.document.objects[owner].alias.clone(), text),

@@ -7,7 +7,7 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
+use super::reach::Allowed;
 
 /// Reads the files of a document and caches them. The cache allows the document to be rebuilt without the disk.
 ///
@@ -57,24 +57,29 @@ impl Sources {
         self.0.files.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), bytes.into());
     }
 
+    /// Returns the bytes of a file that is cached. Nothing is read from disk.
+    pub fn cached(&self, path: &Path) -> Option<Arc<[u8]>> {
+        self.0.files.lock().unwrap_or_else(PoisonError::into_inner).get(path).cloned()
+    }
+
     /// Returns the bytes of a file. A file that is not cached is read from disk and cached, or is an error if the
     /// sources are a closed set.
-    pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+    pub fn read(&self, file: &Allowed) -> io::Result<Vec<u8>> {
         let mut files = self.0.files.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(bytes) = files.get(path) {
+        if let Some(bytes) = files.get(file.path()) {
             return Ok(bytes.to_vec());
         }
         if self.0.closed {
             return Err(io::Error::new(io::ErrorKind::NotFound, "it is not among the stored files"));
         }
-        let bytes = read_plain(path, MOST_BYTES)?;
-        files.insert(path.to_owned(), bytes.as_slice().into());
+        let bytes = file.read()?;
+        files.insert(file.path().to_owned(), bytes.as_slice().into());
         Ok(bytes)
     }
 
     /// Returns a file as text; invalid UTF-8 is an error.
-    pub fn read_text(&self, path: &Path) -> io::Result<String> {
-        String::from_utf8(self.read(path)?).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))
+    pub fn read_text(&self, file: &Allowed) -> io::Result<String> {
+        String::from_utf8(self.read(file)?).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))
     }
 
     /// Returns all files that have been read or added, in ascending order of their paths.
@@ -92,13 +97,13 @@ mod tests {
     fn what_was_read_can_be_read_without_the_disk() {
         let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
         let disk = Sources::default();
-        let text = disk.read_text(&manifest).unwrap();
+        let text = disk.read_text(&Allowed::chosen(&manifest)).unwrap();
         assert!(text.contains("[package]"));
-        assert!(disk.read(Path::new("no/such/file")).is_err());
+        assert!(disk.read(&Allowed::chosen(Path::new("no/such/file"))).is_err());
         let kept = Sources::of(disk.files().into_iter().map(|(p, b)| (p, b.to_vec())));
-        assert_eq!(kept.read_text(&manifest).unwrap(), text);
+        assert_eq!(kept.read_text(&Allowed::chosen(&manifest)).unwrap(), text);
         // The library's source exists on disk, but was not read.
         let other = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs");
-        assert!(other.exists() && kept.read(&other).is_err());
+        assert!(other.exists() && kept.read(&Allowed::chosen(&other)).is_err());
     }
 }

@@ -21,7 +21,7 @@ pub(crate) use crate::cell::call_errors::{answer, kept, name_plugin, said, say};
 use results::check_nested;
 pub(crate) use results::check_results;
 
-use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, parse_wait};
+use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, cost::COMMAND, parse_wait};
 
 /// Writes values as results. Values beyond the capacity of the frame are dropped. Fails if the arena is full.
 pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
@@ -201,8 +201,12 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     if caller.kind == TATU_CALLER_REMOTE && resume == 0 {
         crate::cell::remote_call(world, entry, f);
     }
+    if let Some(text) = must_end(world) {
+        f.error = calls.error_at(level.depth);
+        return say(f.error, TATU_ERR_BUDGET, &text);
+    }
     let mut room = [ValueRef::NIL.raw(); FEW];
-    let mark = calls.arena.borrow().mark();
+    let (mark, before) = (calls.arena.borrow().mark(), calls.arena.borrow().in_use());
     let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f, &mut room) };
     if entry.status == Status::Stub {
         tell_stub(world, entry, f.command, f.alias);
@@ -225,6 +229,8 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         status
     };
     drop(level);
+    let taken = calls.arena.try_borrow().map_or(0, |arena| arena.in_use().saturating_sub(before));
+    calls.cost.charge(COMMAND + taken as u64 / 64);
     // SAFETY: the caller guarantees that the frame is still valid, and the plugin has stopped using it.
     let f = unsafe { &mut *frame };
     f.error = error;
@@ -235,6 +241,15 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
             f,
             &format!("broke the contract: it wrote outside its space for {} results", f.results_cap),
         );
+    }
+    // The arguments are before the mark, in the memory of the calling script, which would be blamed otherwise.
+    let is_past_args = world.worker.is_none()
+        && calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark))
+        && !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(calls.begun.get()));
+    if is_past_args {
+        // Later commands are not blamed for it.
+        calls.begun.set(mark);
+        return broken(world, entry, f, "broke the contract: it wrote past the end of an argument");
     }
     if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
         // The results are released as well, so that the caller is not blamed for the damage that this command did.
@@ -248,7 +263,14 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         world.devices.mend_state(entry.plugin);
         return broken(world, entry, f, PAST_STATE);
     }
-    match answer(f.error, status, true) {
+    let status = answer(f.error, status, true);
+    if calls.cost.exceeded().is_some()
+        && let Some(text) = must_end(world)
+    {
+        f.n_results = 0;
+        return say(f.error, TATU_ERR_BUDGET, &text);
+    }
+    match status {
         TATU_WAIT => begin_wait(world, entry, f, caller),
         TATU_OK => match check_results(f).and_then(|()| check_nested(f)) {
             Ok(()) => TATU_OK,
@@ -258,8 +280,24 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
                 failed(world, entry, f, TATU_ERR)
             }
         },
+        // This status is the host's: it ends the calling script, which has not used up its own budget.
+        TATU_ERR_BUDGET => failed(world, entry, f, TATU_ERR),
         status => failed(world, entry, f, status),
     }
+}
+
+/// Returns the reason why the running script must end, if it must: the work of its commands exceeds its budget, or it
+/// does not return although a stop was requested from outside.
+fn must_end(world: &WorldCell) -> Option<String> {
+    if world.run.calls.scripts.get() == 0 {
+        return None;
+    }
+    if let Some(limit) = world.run.calls.cost.exceeded() {
+        return Some(format!(
+            "the commands that the script called have used up its {limit} instructions for a single call"
+        ));
+    }
+    world.is_overdue().then(|| "the script did not return within a second after a stop was requested".to_owned())
 }
 
 /// Discards the results of a command that wrote out of bounds, and returns an error.

@@ -81,6 +81,11 @@ impl Arena {
         true
     }
 
+    /// Returns the size of all blocks in use, with their guards, bytes.
+    pub fn in_use(&self) -> usize {
+        16 * (self.chunks.get(self.chunk).map_or(0, |c| c.1) + self.used)
+    }
+
     /// Returns a mark for [`release`](Self::release): the current position.
     pub fn mark(&self) -> u64 {
         (self.chunk as u64) << 32 | self.used as u64

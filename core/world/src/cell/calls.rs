@@ -11,7 +11,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 use tatu_plugins::border::ErrorSlot;
 
-use super::{Arena, ResultsRoom, Waits, Wakes};
+use super::{Arena, ResultsRoom, Waits, Wakes, cost::Cost};
 
 /// Maximum depth of nested calls across the plugin ABI.
 pub const MAX_DEPTH: u32 = 64;
@@ -19,9 +19,16 @@ pub const MAX_DEPTH: u32 = 64;
 /// The state of the calls in a world.
 pub(crate) struct Calls {
     pub arena: RefCell<Arena>,
+    /// Mark of the arena at which the running call into a script or service began; the blocks since then contain the
+    /// arguments of the commands that it calls.
+    pub begun: Cell<u64>,
     /// The current caller.
     pub caller: Cell<Caller>,
     pub depth: Cell<u32>,
+    /// The work of the commands that the running script calls.
+    pub cost: Cost,
+    /// Number of calls into scripts that are running, each nested in the one before.
+    pub scripts: Cell<u32>,
     /// Error objects, one per depth, created when first needed; their addresses are stable.
     slots: RefCell<Vec<ErrorSlot>>,
     /// Space for results, one per depth, created when first needed.
@@ -71,8 +78,11 @@ impl Calls {
     pub fn new() -> Self {
         Calls {
             arena: RefCell::new(Arena::default()),
+            begun: Cell::new(0),
             caller: Cell::new(Caller::HOST),
             depth: Cell::new(0),
+            cost: Cost::default(),
+            scripts: Cell::new(0),
             slots: RefCell::new(Vec::new()),
             results: RefCell::new(Vec::new()),
             last: RefCell::new(ErrorSlot::new()),

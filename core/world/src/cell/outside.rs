@@ -5,7 +5,10 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
     rc::{Rc, Weak},
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use tatu_errors::{Error, Fault, FaultKind};
@@ -54,6 +57,8 @@ pub(crate) struct Outside {
     pub scene_reader: RefCell<Option<SceneReader>>,
     /// The scene to load next, if one was requested.
     pub next_scene: RefCell<Option<NextScene>>,
+    /// Set, from any thread, when the program must end the run.
+    pub interrupt: RefCell<Option<Arc<AtomicBool>>>,
 }
 
 /// Reads a scene file. An empty path stands for the current scene. Files that the given sources contain are not read
@@ -94,6 +99,7 @@ impl Default for Outside {
             opened: RefCell::default(),
             scene_reader: RefCell::default(),
             next_scene: RefCell::default(),
+            interrupt: RefCell::default(),
         }
     }
 }
@@ -119,6 +125,12 @@ impl Outside {
     /// Returns the world's session, if it is still alive.
     pub fn session(&self) -> Option<Rc<SessionCell>> {
         self.session.borrow().upgrade()
+    }
+    /// Returns whether a stop has been requested from outside: by the user at the terminal, or by a client of a service
+    /// that has not had its turn since.
+    pub fn is_asked_to_stop(&self) -> bool {
+        self.interrupt.borrow().as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
+            || self.session().is_some_and(|s| s.is_asked_to_stop())
     }
     /// Resets the state of the run when the world starts.
     pub fn begin(&self) {

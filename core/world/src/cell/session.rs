@@ -26,6 +26,8 @@ pub(crate) struct SessionCell {
     /// Handles of the living worlds, in the order in which they joined.
     pub worlds: RefCell<Vec<Weak<WorldHandle>>>,
     pub interrupt: RefCell<Arc<AtomicBool>>,
+    /// Whether a service has asked, from one of its threads, that a script which is running returns.
+    pub stop: AtomicBool,
 }
 
 impl SessionCell {
@@ -46,6 +48,21 @@ impl SessionCell {
             wake.wake();
         }
     }
+    /// Asks that the script that is running returns, so that the services get their turns. Can be called from any thread.
+    ///
+    /// # Safety
+    /// `session` must be null or point to a session of this host that is alive.
+    pub unsafe fn stop(session: *mut tatu_session) {
+        let cell = session.cast::<SessionCell>().cast_const();
+        if !cell.is_null() {
+            // SAFETY: the caller guarantees that the pointer is to a session that is alive during the call. Only `stop`,
+            // which is `Sync`, is borrowed.
+            let stop: &AtomicBool = unsafe { &(*cell).stop };
+            stop.store(true, Ordering::Relaxed);
+        }
+        // SAFETY: the requirements are the same.
+        unsafe { SessionCell::wake(session) };
+    }
     /// Returns the session behind an ABI pointer.
     ///
     /// # Safety
@@ -62,6 +79,10 @@ impl SessionCell {
     }
     pub fn interrupted(&self) -> bool {
         self.interrupt.borrow().load(Ordering::Relaxed)
+    }
+    /// Returns whether a stop has been requested from outside, which the services have not had the turn to carry out.
+    pub fn is_asked_to_stop(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.interrupted()
     }
     /// Ends all services, the last one first, and returns the errors.
     pub fn end(&self) -> Vec<Error> {

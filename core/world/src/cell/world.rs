@@ -69,6 +69,11 @@ impl WorldCell {
     pub fn stop_requested(&self) -> bool {
         self.state.requests.get() & (1 << TATU_REQUEST_STOP | 1 << TATU_REQUEST_QUIT) != 0
     }
+    /// Returns whether the running script must return, because it has not done so within a second after a stop was
+    /// requested from outside. Scripts that run in parallel are short.
+    pub fn is_overdue(&self) -> bool {
+        self.worker.is_none() && self.run.outside.is_asked_to_stop() && self.run.calls.cost.is_overdue()
+    }
     /// Returns the pointer that is passed to plugins.
     pub fn raw(&self) -> *mut tatu_world {
         match &self.worker {

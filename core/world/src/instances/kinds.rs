@@ -29,7 +29,11 @@ pub(crate) fn create_sensor(
     let seed = instance.seed;
     let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
     let mut device = Device::new(kind_index, slot, seed, (id, data, state), params);
-    match ask_layout(world, kind_index, slot, device.data) {
+    let room = |layout: &Rc<Layout>| match world.devices.sensing.try_borrow() {
+        Ok(sensing) => sensing.check_room(layout, None),
+        Err(_) => Ok(()),
+    };
+    match ask_layout(world, kind_index, slot, device.data).and_then(|layout| room(&layout).map(|()| layout)) {
         Ok(layout) => device.lay_out(layout),
         Err(text) => {
             end_sensor(world, device);

@@ -13,7 +13,11 @@ mod replay;
 mod session;
 mod snapshot;
 
-use std::{path::Path, rc::Rc, sync::Arc};
+use std::{
+    path::Path,
+    rc::Rc,
+    sync::{Arc, atomic::AtomicBool},
+};
 
 use nalgebra::Vector3;
 use tatu_devices::figures::Figures;
@@ -145,6 +149,11 @@ impl World {
         };
         self.cell.run.folders.choose(folder);
         Ok(())
+    }
+    /// Sets the flag that tells, from any thread, that the run must end. A script that is running and does not return
+    /// within a second is then ended.
+    pub fn interrupt_by(&self, flag: Arc<AtomicBool>) {
+        *self.cell.run.outside.interrupt.borrow_mut() = Some(flag);
     }
     /// Creates a stand-in for each object that scripts look up and that does not exist, and changes the kind of dummies
     /// to the one that their use implies. The values listed in `values`, such as parameters of scripts, exist with

@@ -34,6 +34,7 @@ impl Session {
             services: RefCell::default(),
             worlds: RefCell::default(),
             interrupt: RefCell::default(),
+            stop: AtomicBool::default(),
         });
         let session = Session { cell };
         let mut specs: Vec<&ServiceSpec> = services.iter().collect();

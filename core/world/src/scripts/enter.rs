@@ -76,6 +76,9 @@ pub(super) fn enter_with_error(
         memory: world.see(|w| &w.model.settings).map_or(0, |s| s.memory),
     };
     calls.caller.set(script.as_caller(world));
+    let outer_begun = calls.begun.replace(calls.arena.borrow().mark());
+    let outer_cost = calls.cost.begin(budget.instructions, calls.scripts.get() == 0);
+    calls.scripts.set(calls.scripts.get() + 1);
     let mut used = 0;
     let plugin = script.plugin(world);
     script.depth.set(script.depth.get() + 1);
@@ -83,10 +86,20 @@ pub(super) fn enter_with_error(
     let status = world.cross(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
     world.border.watch.script(outer);
     script.depth.set(script.depth.get() - 1);
+    calls.scripts.set(calls.scripts.get() - 1);
+    let spent = calls.cost.end(outer_cost);
+    calls.begun.set(outer_begun);
+    let is_of_script = matches!(call, Call::CallFunc | Call::ScriptCall) && level.caller.kind == TATU_CALLER_NATIVE;
     drop(level);
     script.instructions.set(script.instructions.get().saturating_add(used));
     frame.error = error;
     let status = answer(error, status, true);
+    // A function that another script calls costs that script what it costs this one, unless this one is ended.
+    if is_of_script && status != TATU_ERR_BUDGET {
+        // A language that reports more than the budget is not believed.
+        let used = if budget.instructions > 0 && used > budget.instructions { 0 } else { used };
+        calls.cost.charge(spent.saturating_add(used));
+    }
     let status = match if status < 0 { Ok(()) } else { check_results(frame) } {
         Ok(()) => status,
         Err(text) => {

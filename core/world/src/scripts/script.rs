@@ -388,7 +388,7 @@ impl Script {
         if fault.kind == FaultKind::Plugin && fault.plugin.is_none() {
             fault.plugin = Some(language.clone());
         }
-        if status == TATU_ERR_BUDGET {
+        if status == TATU_ERR_BUDGET && fault.message.contains("instructions") {
             fault.help = Some("look for an endless loop, or increase `instructions` in [scene.budget]".into());
         }
         fault

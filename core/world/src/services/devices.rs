@@ -1,6 +1,9 @@
 //! Access to a sensor's or actuator's parameters and commands by the key `<kind>.<key>`. A changed parameter is passed
 //! to the instance if the plugin supports this; otherwise, the instance is recreated.
 
+use std::rc::Rc;
+
+use tatu_devices::sense::Layout;
 use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{Declared, check_value};
@@ -165,16 +168,19 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     {
         return new_sensor(world, whose, kind, params);
     }
-    let layout = match ask_layout(world, kind, slot, data) {
+    let room = |layout: &Rc<Layout>| match world.devices.sensing.try_borrow() {
+        Ok(sensing) => sensing.check_room(layout, sensing.device(slot).map(|d| &*d.layout)),
+        Err(_) => Ok(()),
+    };
+    let layout = match ask_layout(world, kind, slot, data).and_then(|layout| room(&layout).map(|()| layout)) {
         Ok(layout) => layout,
         // The instance accepted the value, but its beams are invalid: it is recreated with the previous parameters.
         Err(why) => return new_sensor(world, whose, kind, old).and(Err(Stop::Refused(why))),
     };
     let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
     // The sensor may have been removed or recreated during the call.
-    let device = sensing.devices.iter_mut().find(|d| d.slot == slot && d.id == id).ok_or(Stop::Gone)?;
+    let device = sensing.lay_out(slot, id, layout).ok_or(Stop::Gone)?;
     device.params[at] = params.swap_remove(at);
-    device.lay_out(layout);
     sensing.relist();
     Ok(())
 }

@@ -149,8 +149,11 @@ extern "C" fn add(w: WorldRef<'_>, text: Lent<'_>, parent: tatu_object, out: Opt
         free(world)?;
         let folder = world.model.document.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         let file = folder.join(ADDED);
-        let options =
-            Options { sources: Sources::over([(file.clone(), text.bytes().to_vec())], false), ..Options::default() };
+        let options = Options {
+            sources: Sources::over([(file.clone(), text.bytes().to_vec())], false),
+            reach: Some(world.run.folders.reach(&world.model.registry)),
+            ..Options::default()
+        };
         let read = document::load(&file, &world.model.registry, &options).map_err(|e| refuse(world, &e))?;
         let slots = plant(world, &read, parent)?;
         *out = slots.first().map_or(0, |s| world.state.scene.borrow().id(*s));

@@ -5,7 +5,9 @@ use std::{fs::File, path::Path};
 use tatu_plugin_api::abi::*;
 
 use super::answer::{Answer, lend, place, with};
-use crate::cell::{Folders, Function, Outside, Refused, WorldCell};
+use tatu_scene::folders::Refused;
+
+use crate::cell::{Folders, Function, Outside, WorldCell, cost::FILE};
 
 pub static TABLE: tatu_host_files = tatu_host_files {
     size: size_of::<tatu_host_files>() as u32,
@@ -31,6 +33,7 @@ extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, mode: u32, out: Optio
     with(w, Function::looks("files.resolve"), |c: Context<'_>| {
         let out = place(c.answer, "a pointer for the path", out)?;
         let mode = if mode == TATU_FILE_WRITE { TATU_FILE_WRITE } else { TATU_FILE_READ };
+        c.answer.calls.cost.charge(FILE);
         let name = name.text();
         let path = c.folders.resolve(Path::new(name.as_ref()), mode).map_err(|why| refuse(c.answer, why))?;
         note(c.outside, &name, mode);
@@ -53,6 +56,7 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
             let text = format!("files.open: {mode} is not a valid combination of TATU_FILE_*");
             return Err(c.answer.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
+        c.answer.calls.cost.charge(FILE);
         let name = name.text();
         let file = c.folders.open(Path::new(name.as_ref()), mode).map_err(|why| refuse(c.answer, why))?;
         note(c.outside, &name, mode);
@@ -88,7 +92,7 @@ fn note(outside: &Outside, name: &str, mode: u32) {
 fn refuse(answer: Answer<'_>, why: Refused) -> tatu_status {
     let (status, text) = match why {
         Refused::Missing(text) => (TATU_ERR_MISSING, text),
-        Refused::Forbidden(text) => (TATU_ERR, text),
+        Refused::Irregular(text) | Refused::Forbidden(text) => (TATU_ERR, text),
     };
     answer.calls.refuse(status, &text)
 }

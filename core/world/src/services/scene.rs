@@ -12,7 +12,10 @@ use super::{
     answer::{busy, fill, give, here, list_of, needs, on, place, room_of, slot},
     properties::{after_change, read, read_numbers, write, write_numbers},
 };
-use crate::cell::{Function, WorldCell};
+use crate::cell::{
+    Function, WorldCell,
+    cost::{LOOK, OBJECT},
+};
 
 pub static TABLE: tatu_host_scene = tatu_host_scene {
     size: size_of::<tatu_host_scene>() as u32,
@@ -229,6 +232,7 @@ extern "C" fn find(w: WorldRef<'_>, from: tatu_object, path: Lent<'_>, out: Opti
                 Ok(())
             }
             None => {
+                world.run.calls.cost.charge(LOOK * scene.slots().count() as u64);
                 let near = scene.nearest(&path).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
                 Err(world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}")))
             }
@@ -272,6 +276,7 @@ extern "C" fn create(
             let said = format!("`scene.create`: `{shown}` cannot be an alias: expected {ALIAS}");
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
+        world.run.calls.cost.charge(OBJECT);
         match scene.add(parent, &alias, Isometry3::identity(), data) {
             Some(s) => {
                 scene.make_unique(&[s]);
@@ -300,6 +305,7 @@ unsafe extern "C" fn remove(w: WorldRef<'_>, objects: *const tatu_object, n: u32
                     Err(status) => return Err(status),
                 }
             }
+            world.run.calls.cost.charge(OBJECT * slots.len() as u64);
             for s in slots {
                 if scene.get(s).is_some() {
                     world.tell_object("object_removed", &scene, s);
@@ -334,6 +340,7 @@ unsafe extern "C" fn list(
             } else {
                 scene.tree(base)
             };
+            world.run.calls.cost.charge(LOOK * slots.len() as u64);
             if flags & TATU_LIST_SKIP_BASE != 0 && base != 0 {
                 slots.remove(0);
             }

@@ -7,7 +7,7 @@ use tatu_plugin_api::abi::*;
 
 use super::answer::{Done, alone, fill, lend, on, passed};
 use crate::{
-    cell::{Function, NextScene, Phase, SessionCell, WorldCell},
+    cell::{Function, NextScene, Phase, SessionCell, WorldCell, cost},
     session::functions,
     step::{self, Stage},
 };
@@ -28,6 +28,8 @@ pub static TABLE: tatu_host_session = tatu_host_session {
     observe: Some(observe),
     interrupted: Some(interrupted),
     function: Some(function),
+    stop: Some(stop),
+    must_return: Some(must_return),
 };
 
 pub static STAGE: tatu_host_stage =
@@ -62,6 +64,16 @@ unsafe extern "C" fn wake(session: *mut tatu_session) {
     // SAFETY: the header requires `session` to be null or the session that the plugin was given, which is alive during
     // the call.
     unsafe { SessionCell::wake(session) };
+}
+
+unsafe extern "C" fn stop(session: *mut tatu_session) {
+    // SAFETY: the header requires `session` to be null or the session that the plugin was given, which is alive during
+    // the call.
+    unsafe { SessionCell::stop(session) };
+}
+
+extern "C" fn must_return(w: WorldRef<'_>) -> u32 {
+    u32::from(alone(w, Function::looks("session.must_return")).is_some_and(WorldCell::is_overdue))
 }
 
 unsafe extern "C" fn worlds(
@@ -212,6 +224,9 @@ extern "C" fn run(w: WorldRef<'_>, stage: u32, dt: f64) -> tatu_status {
 }
 
 fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
+    // A stage can take long, and a driver may run many of them.
+    world.run.calls.cost.charge(cost::STAGE);
+    world.border.watch.waits();
     let Some(stage) = Stage::of(stage) else {
         return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown stage {stage}"));
     };

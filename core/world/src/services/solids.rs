@@ -6,7 +6,10 @@ use tatu_plugin_api::abi::*;
 use tatu_scene::{Data, Dynamics, Scene, collision_parts};
 
 use super::answer::{Answer, busy, list_of, place, slot, with};
-use crate::cell::{Function, WorldCell};
+use crate::cell::{
+    Function, WorldCell,
+    cost::{LOOK, PAIR},
+};
 
 /// The parts of the world that are required to read bodies.
 pub(super) struct Context<'a> {
@@ -48,6 +51,10 @@ pub(super) unsafe extern "C" fn closest(
             }
             let solid = |s: &u32| scene.get(*s).and_then(|o| Some((*s, scene.world(*s), collision_parts(o.shape()?))));
             let (a, b): (Vec<_>, Vec<_>) = (a.iter().filter_map(solid).collect(), b.iter().filter_map(solid).collect());
+            let forms =
+                |solids: &[(u32, _, Vec<_>)]| solids.iter().map(|(_, _, parts)| parts.len() as u64).sum::<u64>();
+            let cost = LOOK * (a.len() + b.len()) as u64 + PAIR * forms(&a).saturating_mul(forms(&b));
+            answer.calls.cost.charge(cost);
             let limit = if limit > 0.0 { limit } else { f64::MAX };
             let mut best = None;
             let mut reach = limit;

@@ -13,10 +13,14 @@ use tatu_scene::{
 
 use super::answer::{busy, list_of, on, place, room_of, slot};
 use crate::{
-    cell::{Function, Kind, Scripts, WorldCell},
+    cell::{
+        Function, Kind, Scripts, WorldCell,
+        cost::{FILE, OBJECT},
+    },
     instances::make_device,
     state::{
         save::{device_of, document_of, scripts_of},
+        saving::is_own,
         write_whole,
     },
 };
@@ -48,6 +52,7 @@ pub(super) unsafe extern "C" fn copy(
                 let to = copies(&mut scene, &from).ok_or_else(|| full(world))?;
                 (from, to)
             };
+            world.run.calls.cost.charge(OBJECT * from.len() as u64);
             free(world)?;
             for (old, new) in from.iter().zip(&to) {
                 // No borrow is held while a plugin creates an instance.
@@ -77,7 +82,9 @@ pub(super) extern "C" fn load(
         let path = PathBuf::from(file.text().into_owned());
         let parent = parent_of(world, parent)?;
         free(world)?;
-        let read = document::load_part(&path, &world.model.registry).map_err(|e| refuse(world, e))?;
+        let read = document::load_part(&path, &world.model.registry, world.run.folders.reach(&world.model.registry))
+            .map_err(|e| refuse(world, e))?;
+        world.run.calls.cost.charge(FILE + OBJECT * read.objects.len() as u64);
         let slots = plant(world, &read, parent)?;
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         // A model is saved as a reference by its id, with the differences from it. The contents of a file become part
@@ -142,6 +149,11 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
             let text = format!("`{}` must end with `.toml`, as all scene files do", path.display());
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
+        // Otherwise, the page could not save its edits, because the file has changed.
+        if world.run.calls.caller.get().script != 0 && is_own(world, &path) {
+            let text = "only the page, remote clients and the program can save to the scene's own file; choose a different file";
+            return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+        }
         let base = match base {
             0 => 0,
             base => {
@@ -150,6 +162,8 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
             }
         };
         free(world)?;
+        let objects = world.state.scene.try_borrow().map_err(|_| busy(world))?.tree(base).len();
+        world.run.calls.cost.charge(FILE + OBJECT * objects as u64);
         let written =
             document::write(&document_of(world, base), &world.model.registry, &document::folder_beside(&path));
         let written = written.map_err(|e| fail(e.text))?;

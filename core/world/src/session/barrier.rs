@@ -10,7 +10,10 @@
 //! The order matters for replays: actions that happen once per step come first; actions that depend on when messages
 //! arrive come last and are recorded.
 
-use std::time::{Duration, Instant};
+use std::{
+    sync::atomic::Ordering,
+    time::{Duration, Instant},
+};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::border::ErrorSlot;
@@ -156,6 +159,11 @@ fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
             held = held.or(Some(i));
         }
         i += 1;
+    }
+    // A client can ask for a stop while an earlier request of it, such as one for steps, is still carried out. Until the
+    // stop has been requested here, scripts must return.
+    if world.stop_requested() || !world.running() {
+        session.stop.store(false, Ordering::Relaxed);
     }
     held
 }

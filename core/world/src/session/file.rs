@@ -144,6 +144,7 @@ impl Header {
             services: Vec::new(),
             describe: false,
             sources: Sources::of(files),
+            reach: None,
             // A replay does not start external programs.
             allow: Vec::new(),
             // A replay does not start services.

@@ -3,6 +3,7 @@
 use std::{fs, io, path::Path};
 
 use tatu_errors::{Error, Result};
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 use tatu_scene::document::{self, Written};
 
 use super::{
@@ -66,8 +67,8 @@ fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result 
     let (folder, sources) = (scene.parent().unwrap_or(Path::new("")), &cell.model.document.sources);
     for (name, _) in &written.files {
         let path = folder.join(name);
-        let Ok(now) = fs::read(&path) else { continue };
-        if !sources.are_recovered() && sources.has(&path) && sources.read(&path).is_ok_and(|then| then != now) {
+        let Ok(now) = read_plain(&path, MOST_BYTES) else { continue };
+        if !sources.are_recovered() && sources.cached(&path).is_some_and(|then| *then != *now) {
             let text = format!("{} has changed on disk since it was opened", path.display());
             return Err(Error::new("E125", text).help("save under another name, or replace the file"));
         }
@@ -79,10 +80,10 @@ fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result 
 /// then.
 fn unchanged_on_disk(cell: &WorldCell, file: &Path) -> Result {
     let sources = &cell.model.document.sources;
-    let now = fs::read(file);
+    let now = read_plain(file, MOST_BYTES);
     let is_new = matches!(&now, Err(e) if e.kind() == io::ErrorKind::NotFound);
     let read = if sources.are_recovered() { recovery::on_disk_then(file) } else { file.to_owned() };
-    if is_new || now.ok() == sources.read(&read).ok() {
+    if is_new || now.ok().as_deref() == sources.cached(&read).as_deref() {
         return Ok(());
     }
     let text = format!("{} has changed on disk since it was opened", file.display());

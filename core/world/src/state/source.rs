@@ -9,12 +9,12 @@ use std::{
 };
 
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::safe::Value;
+use tatu_plugin_api::safe::{MOST_BYTES, Value, read_plain};
 use tatu_scene::{
     Data, Scene,
     document::{
-        self, Beside, DeviceSpec, Document, Edited, Options, ScriptSpec, ServiceSpec, Sources, Written, folder_beside,
-        patch,
+        self, Allowed, Beside, DeviceSpec, Document, Edited, Options, ScriptSpec, ServiceSpec, Sources, Written,
+        folder_beside, patch,
     },
     rows::Row,
 };
@@ -59,7 +59,7 @@ pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Resu
     };
     let mut text = document
         .sources
-        .read_text(&own)
+        .read_text(&Allowed::chosen(&own))
         .map_err(|e| Error::new("E105", format!("cannot read {}: {e}", own.display())))?;
     let mut slots = live_slots(cell, state);
     let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
@@ -238,7 +238,7 @@ fn recovered_files(document: &Document, target: &Path, written: &Written) -> Vec
     for (path, bytes) in document.sources.files() {
         let Some(name) = path.strip_prefix(folder).ok().and_then(Path::to_str) else { continue };
         let is_used = used.contains(path.as_path()) && is_below(&path);
-        if is_used && !known.contains(name) && fs::read(&path).is_ok_and(|now| *now != *bytes) {
+        if is_used && !known.contains(name) && read_plain(&path, MOST_BYTES).is_ok_and(|now| *now != *bytes) {
             out.push((name.to_owned(), bytes.to_vec()));
         }
     }

@@ -111,6 +111,11 @@ impl<'a> World<'a> {
     pub fn is_interrupted(&self) -> bool {
         self.host().session.and_then(|s| s.interrupted).is_some_and(|f| f(self.raw()) != 0)
     }
+    /// Returns whether the running script must return, because it has not done so within a second after a stop was
+    /// requested. Script languages ask this every few milliseconds.
+    pub fn must_return(&self) -> bool {
+        self.host().session.and_then(|s| s.must_return).is_some_and(|f| f(self.raw()) != 0)
+    }
     /// Requests that the program open a different scene, or the current one again if `file` is empty.
     pub fn open_scene(&self, file: &str) -> Result {
         self.check(service!(self.session.open)(self.raw(), file.into()))

@@ -119,6 +119,13 @@ impl Session {
         // `session` is live here.
         self.with(|session| unsafe { wake(session) });
     }
+    /// Asks that a script that is running returns, because a client wants to stop the run: a script that does not return
+    /// within a second is ended. The stop itself must be requested in a turn of the service.
+    pub fn stop(&self) {
+        let Some(stop) = self.host.session.and_then(|s| s.stop) else { return };
+        // SAFETY: as in `wake`.
+        self.with(|session| unsafe { stop(session) });
+    }
     /// Writes a line to the host's log; `level` is one of `TATU_LOG_*`.
     pub fn log(&self, level: u32, text: &str) {
         self.host.log(level, text);

@@ -25,7 +25,7 @@ pub fn read_plain(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// Like [`read_plain`], but for an open file.
-pub(crate) fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
+pub fn read_opened(file: File, most: u64) -> io::Result<Vec<u8>> {
     let length = check(&file.metadata()?, most)?;
     let mut file = file.take(most);
     let mut bytes = Vec::new();

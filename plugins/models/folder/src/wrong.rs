@@ -38,7 +38,10 @@ impl Wrong {
     pub fn known<'a>(self, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         let known: Vec<&str> = known.into_iter().collect();
         let distance = |k: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase());
-        let near = known.iter().map(|k| (distance(k), *k)).min();
+        // The comparison takes time in proportion to the product of the lengths.
+        const LONGEST: usize = 200;
+        let comparable = known.iter().filter(|k| name.len() <= LONGEST && k.len() <= LONGEST);
+        let near = comparable.map(|k| (distance(k), *k)).min();
         match near.filter(|(d, k)| *d <= 1 + k.len().max(name.len()) / 4) {
             Some((_, near)) => self.help(format!("did you mean `{near}`?")),
             None if known.is_empty() => self,

@@ -6,9 +6,9 @@
 //! world: received messages are queued in an inbox.
 
 use std::{
-    collections::VecDeque,
+    collections::{BTreeMap, VecDeque},
     io,
-    net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream},
+    net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream},
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
@@ -27,6 +27,7 @@ use tungstenite::{
 use crate::{
     http::{Request, answer},
     outbox::{Message, Outbox},
+    port::end_threads,
     state::State,
     tokens::{self, Tokens},
 };
@@ -77,6 +78,8 @@ pub struct Settings {
     pub files: fn(&str) -> Option<Page>,
     /// Called after a client has connected, disconnected, or sent a message.
     pub wake: Box<dyn Fn() + Send + Sync>,
+    /// Called, on the thread of its connection, with each message of a client that has full rights.
+    pub heard: Box<dyn Fn(&str) + Send + Sync>,
 }
 
 /// A client that is connected by a WebSocket.
@@ -132,6 +135,8 @@ struct Shared {
     end: Arc<AtomicBool>,
     count: AtomicUsize,
     numbers: AtomicU64,
+    /// The open connections, by number.
+    streams: Mutex<BTreeMap<u64, TcpStream>>,
 }
 
 impl Listener {
@@ -155,6 +160,7 @@ impl Listener {
             end: end.clone(),
             count: AtomicUsize::new(0),
             numbers: AtomicU64::new(1),
+            streams: Mutex::default(),
         });
         let thread = std::thread::Builder::new().name("listener".into()).spawn(move || accept(&listener, &shared))?;
         let [token, look_token] = tokens;
@@ -188,8 +194,13 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
                 let own = shared.clone();
                 own.count.fetch_add(1, Ordering::Relaxed);
                 let serve = move || {
-                    // An error ends only the connection of this client.
-                    let _ = serve(stream, &own);
+                    let number = own.numbers.fetch_add(1, Ordering::Relaxed);
+                    if let Ok(kept) = stream.try_clone() {
+                        lock(&own.streams).insert(number, kept);
+                        // An error ends only the connection of this client.
+                        let _ = serve(stream, number, &own);
+                        lock(&own.streams).remove(&number);
+                    }
                     own.count.fetch_sub(1, Ordering::Relaxed);
                 };
                 match std::thread::Builder::new().name("client".into()).spawn(serve) {
@@ -205,9 +216,12 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
         }
         threads.retain(|t| !t.is_finished());
     }
-    for thread in threads {
-        let _ = thread.join();
-    }
+    // A client that does not read, or sends its request slowly, must not delay the end.
+    end_threads(threads, || {
+        for stream in lock(&shared.streams).values() {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    });
 }
 
 /// Returns whether a `Host`, or the host of an `Origin`, is the address of this listener.
@@ -217,7 +231,7 @@ fn is_here(name: &str, address: SocketAddr) -> bool {
 }
 
 /// Answers a request, or serves the WebSocket that it opens.
-fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
+fn serve(mut stream: TcpStream, number: u64, shared: &Arc<Shared>) -> io::Result<()> {
     stream.set_nodelay(true)?;
     let request = Request::read(&mut stream)?;
     let refuse = |stream: &mut TcpStream, status: &str, why: &str| {
@@ -274,7 +288,7 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"
     );
     io::Write::write_all(&mut stream, head.as_bytes())?;
-    talk(stream, role, shared)
+    talk(stream, role, number, shared)
 }
 
 /// Compares two strings in a time that does not depend on the position of the first difference, so that the time does
@@ -284,7 +298,7 @@ fn same(a: &str, b: &str) -> bool {
 }
 
 /// Passes messages between a WebSocket and the queues of its client until the WebSocket is closed.
-fn talk(stream: TcpStream, role: Rights, shared: &Arc<Shared>) -> io::Result<()> {
+fn talk(stream: TcpStream, role: Rights, number: u64, shared: &Arc<Shared>) -> io::Result<()> {
     stream.set_read_timeout(Some(SLICE))?;
     stream.set_write_timeout(Some(Duration::from_secs(5)))?;
     let most = shared.settings.most_message;
@@ -297,13 +311,12 @@ fn talk(stream: TcpStream, role: Rights, shared: &Arc<Shared>) -> io::Result<()>
     let out = Arc::new(Outbox::default());
     let inbox = Arc::new(Mutex::new(VecDeque::new()));
     let gone = Arc::new(AtomicBool::new(false));
-    let number = shared.numbers.fetch_add(1, Ordering::Relaxed);
     let client = Client { number, role, out: out.clone(), inbox: inbox.clone(), gone: gone.clone() };
     lock(&shared.new).push(client);
     (shared.settings.wake)();
     while !shared.end.load(Ordering::Acquire) && !out.is_cut() {
         let mut wrote = false;
-        while let Some(message) = out.next() {
+        while let Some(message) = if shared.end.load(Ordering::Acquire) { None } else { out.next() } {
             let frame = match message {
                 Message::Text(text) => Frame::text(text),
                 Message::Binary(bytes) => Frame::binary(bytes),
@@ -319,6 +332,9 @@ fn talk(stream: TcpStream, role: Rights, shared: &Arc<Shared>) -> io::Result<()>
         }
         match socket.read() {
             Ok(Frame::Text(text)) => {
+                if role == Rights::Act {
+                    (shared.settings.heard)(text.as_str());
+                }
                 let mut inbox = lock(&inbox);
                 if inbox.len() >= MOST_WAITING {
                     break;

@@ -1,5 +1,5 @@
 //! A local port with a thread for each connection, for custom protocols. Connections beyond the limit are closed.
-//! Dropping the port waits until pending answers have been written and all threads have ended.
+//! Dropping the port waits until pending answers have been written, at most half a second, and all threads have ended.
 
 use std::{
     collections::BTreeMap,
@@ -10,13 +10,17 @@ use std::{
         atomic::{AtomicBool, Ordering},
     },
     thread::{self, JoinHandle},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 /// Pause after a failed `accept`.
 const PAUSE: Duration = Duration::from_millis(50);
 /// Timeout of the connection that unblocks the accepting thread.
 const OWN: Duration = Duration::from_secs(5);
+/// Time within which the threads of connections can write pending answers before the connections are closed.
+const LAST_WORDS: Duration = Duration::from_millis(500);
+/// Interval at which ending threads are checked.
+const LOOK: Duration = Duration::from_millis(5);
 
 /// An open port. Dropping it closes the port after pending answers have been written.
 pub struct Port {
@@ -46,6 +50,12 @@ impl Open {
     fn stop_reading(&self) {
         for stream in self.streams().values() {
             let _ = stream.shutdown(Shutdown::Read);
+        }
+    }
+    /// Closes all connections, which makes reading and writing fail.
+    fn close(&self) {
+        for stream in self.streams().values() {
+            let _ = stream.shutdown(Shutdown::Both);
         }
     }
 }
@@ -113,7 +123,69 @@ where
     }
     // Ends reading only, so that the threads can write pending answers before they end.
     open.stop_reading();
+    end_threads(threads, || open.close());
+}
+
+/// Waits until all threads have ended. If some of them have not after half a second, because their peers do not read,
+/// calls `close`, which must make them end.
+pub fn end_threads(threads: Vec<JoinHandle<()>>, close: impl FnOnce()) {
+    let begun = Instant::now();
+    while begun.elapsed() < LAST_WORDS && threads.iter().any(|t| !t.is_finished()) {
+        thread::sleep(LOOK);
+    }
+    if threads.iter().any(|t| !t.is_finished()) {
+        close();
+    }
     for thread in threads {
         let _ = thread.join();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{
+        io::{Read, Write},
+        sync::mpsc::channel,
+    };
+
+    use super::*;
+
+    /// The port ends although a peer reads nothing of a large answer, and another one sends nothing.
+    #[test]
+    fn peers_that_do_not_read_do_not_keep_the_port_open() {
+        let (tell, told) = channel();
+        let tell = Mutex::new(tell);
+        let serve = move |mut stream: TcpStream, _| {
+            let mut one = [0];
+            let begins = stream.read_exact(&mut one).is_ok();
+            let _ = tell.lock().unwrap().send(());
+            let done = if begins { stream.write_all(&vec![0; 64 << 20]) } else { Ok(()) };
+            assert!(!begins || done.is_err(), "the answer does not fit in the buffers of a connection");
+        };
+        let port = Port::open(0, "test", 8, serve).unwrap();
+        let mut deaf = TcpStream::connect(port.address).unwrap();
+        let silent = TcpStream::connect(port.address).unwrap();
+        deaf.write_all(b"x").unwrap();
+        told.recv().unwrap();
+        // Without an end, the test would hang.
+        drop(port);
+        drop((deaf, silent));
+    }
+
+    #[test]
+    fn pending_answers_are_written_before_the_end() {
+        let serve = |mut stream: TcpStream, _| {
+            let _ = stream.read(&mut [0]);
+            let _ = stream.write_all(b"bye");
+        };
+        let port = Port::open(0, "test", 8, serve).unwrap();
+        let mut peer = TcpStream::connect(port.address).unwrap();
+        while port.open.streams().is_empty() {
+            thread::sleep(LOOK);
+        }
+        drop(port);
+        let mut text = String::new();
+        peer.read_to_string(&mut text).unwrap();
+        assert_eq!(text, "bye");
     }
 }

@@ -2,10 +2,11 @@
 //! queued until the barrier.
 
 use std::{
+    collections::BTreeMap,
     io::{BufRead, BufReader, Read, Write},
     net::{Shutdown, TcpStream},
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, AtomicUsize, Ordering},
         mpsc::{Receiver, Sender, SyncSender, channel, sync_channel},
     },
@@ -18,9 +19,9 @@ use tatu_plugin_api::{
     abi::*,
     safe::{Fail, Result, Session},
 };
-use tatu_services_common::port::Port;
+use tatu_services_common::port::{Port, end_threads};
 
-use crate::message::Message;
+use crate::message::{Ask, Message};
 
 /// Maximum number of simultaneous clients; further ones are disconnected.
 const MOST_CLIENTS: usize = 256;
@@ -37,6 +38,7 @@ const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
 /// The port, and the clients that have connected to it recently.
 pub struct Listener {
     arrivals: Arc<Mutex<Arrivals>>,
+    writers: Arc<Writers>,
     /// The open port; `None` only while the listener is being dropped.
     port: Option<Port>,
 }
@@ -56,8 +58,8 @@ pub struct Client {
     /// The received lines that have not been processed.
     lines: Receiver<Message>,
     link: Arc<Link>,
-    /// Queues lines for the writer.
-    replies: Sender<Vec<u8>>,
+    /// Queues lines for the writer; `None` ends it.
+    replies: Sender<Option<Vec<u8>>>,
     writer: JoinHandle<()>,
 }
 
@@ -68,8 +70,50 @@ struct Link {
     ended: AtomicBool,
     /// Whether lines can no longer be sent to the client, because sending has failed or too many lines are queued.
     broken: AtomicBool,
+    /// Whether nothing is sent to the client any more, although its lines are processed.
+    silent: AtomicBool,
     /// Total size of the lines that are queued for the client, bytes.
     unread: AtomicUsize,
+}
+
+/// The writers of all clients, by number of the client. Clients that have sent their last line are among them while
+/// they are owed an answer.
+#[derive(Default)]
+struct Writers(Mutex<BTreeMap<u64, Writer>>);
+
+struct Writer {
+    link: Arc<Link>,
+    replies: Sender<Option<Vec<u8>>>,
+    stream: Arc<TcpStream>,
+}
+
+impl Writers {
+    fn all(&self) -> MutexGuard<'_, BTreeMap<u64, Writer>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds the writer of a new client. If there are too many clients, the first one that has sent its last line is no
+    /// longer answered: it may have left, which cannot be distinguished from a client that only waits. Returns `false`
+    /// if there are too many clients that may still send lines.
+    fn add(&self, number: u64, writer: Writer) -> bool {
+        let mut all = self.all();
+        if all.len() >= MOST_CLIENTS {
+            let ended = all.iter().find(|(_, w)| w.link.ended.load(Ordering::Acquire)).map(|(number, _)| *number);
+            let Some(ended) = ended.and_then(|number| all.remove(&number)) else { return false };
+            ended.end();
+        }
+        all.insert(number, writer);
+        true
+    }
+}
+
+impl Writer {
+    /// Ends the writer, also one that sends to a client that does not read.
+    fn end(&self) {
+        self.link.silent.store(true, Ordering::Release);
+        let _ = self.stream.shutdown(Shutdown::Both);
+        let _ = self.replies.send(None);
+    }
 }
 
 impl Listener {
@@ -79,25 +123,36 @@ impl Listener {
         let arrivals = Arc::<Mutex<Arrivals>>::default();
         let inside = arrivals.clone();
         let of_clients = session.clone();
-        let serve = move |stream: TcpStream, number: u64| match Client::new(number, &stream, of_clients.clone()) {
-            Ok((client, queue)) => {
-                let link = client.link.clone();
-                let mut arrivals = inside.lock().unwrap_or_else(PoisonError::into_inner);
-                if !arrivals.closed {
-                    arrivals.clients.push(client);
-                    drop(arrivals);
-                    of_clients.wake();
-                    read(stream, &queue, &link, &of_clients, &token);
+        let writers = Arc::<Writers>::default();
+        let of_listener = writers.clone();
+        let serve =
+            move |stream: TcpStream, number: u64| match Client::new(number, stream, of_clients.clone(), &writers) {
+                Ok(None) => {}
+                Ok(Some((client, queue, stream))) => {
+                    let link = client.link.clone();
+                    let mut arrivals = inside.lock().unwrap_or_else(PoisonError::into_inner);
+                    if !arrivals.closed {
+                        arrivals.clients.push(client);
+                        drop(arrivals);
+                        of_clients.wake();
+                        read(&stream, &queue, &link, &of_clients, &token);
+                    } else {
+                        drop(client.leave());
+                    }
                 }
-            }
-            Err(e) => of_clients.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
-        };
+                Err(e) => of_clients.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
+            };
         let port = Port::open(port, "jsonl", MOST_CLIENTS, serve).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
                 .help("choose another `port`, or 0 for any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("jsonl: listening on {}", port.address));
-        Ok(Listener { arrivals, port: Some(port) })
+        Ok(Listener { arrivals, writers: of_listener, port: Some(port) })
+    }
+    /// Closes the connections of clients after waiting, at most half a second, until the queued lines have been sent.
+    pub fn close(&self, clients: impl IntoIterator<Item = Client>, others: Vec<JoinHandle<()>>) {
+        let threads = clients.into_iter().map(Client::leave).chain(others).collect();
+        end_threads(threads, || self.writers.all().values().for_each(Writer::end));
     }
     /// Returns the clients that have connected since the last call.
     pub fn take_new(&self) -> Vec<Client> {
@@ -109,23 +164,38 @@ impl Drop for Listener {
     fn drop(&mut self) {
         self.arrivals.lock().unwrap_or_else(PoisonError::into_inner).closed = true;
         // The port waits for the readers, but a reader with a full queue blocks until its client is closed.
-        self.take_new().into_iter().for_each(Client::close);
+        self.close(self.take_new(), Vec::new());
         self.port.take();
     }
 }
 
 impl Client {
-    /// Starts the writer of a new client. Also returns the sender of its queue of received lines, for the reader.
-    fn new(number: u64, stream: &TcpStream, session: Session) -> std::io::Result<(Self, SyncSender<Message>)> {
+    /// Starts the writer of a new client. Also returns the sender of its queue of received lines and its connection, for
+    /// the reader. Returns `None` if there are too many clients.
+    fn new(
+        number: u64,
+        stream: TcpStream,
+        session: Session,
+        writers: &Arc<Writers>,
+    ) -> std::io::Result<Option<(Self, SyncSender<Message>, Arc<TcpStream>)>> {
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
         let (queue, lines) = sync_channel(QUEUE);
         let (replies, waiting) = channel();
         let link = Arc::<Link>::default();
-        let (writing, inside) = (stream.try_clone()?, link.clone());
+        let stream = Arc::new(stream);
+        let known = Writer { link: link.clone(), replies: replies.clone(), stream: stream.clone() };
+        if !writers.add(number, known) {
+            return Ok(None);
+        }
+        let (writing, inside, of_all) = (stream.clone(), link.clone(), writers.clone());
         let writer = thread::Builder::new().name(format!("jsonl writer {number}"));
-        let writer = writer.spawn(move || write(writing, &waiting, &inside, session))?;
-        Ok((Client { number, lines, link, replies, writer }, queue))
+        let writer = writer.spawn(move || {
+            write(&writing, &waiting, &inside, &session);
+            of_all.all().remove(&number);
+        });
+        let writer = writer.inspect_err(|_| drop(writers.all().remove(&number)))?;
+        Ok(Some((Client { number, lines, link, replies, writer }, queue, stream)))
     }
     /// Removes and returns the next received line, or returns `None` if there is none.
     pub fn next_line(&self) -> Option<Message> {
@@ -139,30 +209,31 @@ impl Client {
     pub fn broken(&self) -> bool {
         self.link.broken.load(Ordering::Acquire)
     }
+    /// Returns whether the client is no longer answered, because it has sent its last line and others have connected.
+    pub fn is_silent(&self) -> bool {
+        self.link.silent.load(Ordering::Acquire)
+    }
     /// Queues a line for the client. If too many bytes are already queued, discards the line and marks the client as
     /// broken.
     pub fn send(&self, line: &Json) {
         let mut bytes = line.to_string().into_bytes();
         bytes.push(b'\n');
         let unread = self.link.unread.fetch_add(bytes.len(), Ordering::AcqRel);
-        if unread > UNREAD_LIMIT || self.replies.send(bytes).is_err() {
+        if unread > UNREAD_LIMIT || self.replies.send(Some(bytes)).is_err() {
             self.link.broken.store(true, Ordering::Release);
         }
     }
     /// Lets the writer send the queued lines and then close the connection. Returns the thread of the writer.
     pub fn leave(self) -> JoinHandle<()> {
+        let _ = self.replies.send(None);
         self.writer
-    }
-    /// Closes the connection after waiting until the queued lines have been sent.
-    pub fn close(self) {
-        let _ = self.leave().join();
     }
 }
 
 /// Sends queued lines until the client is closed or sending fails. Then closes both directions of the connection, which
 /// also ends the reader.
-fn write(mut stream: TcpStream, waiting: &Receiver<Vec<u8>>, link: &Link, session: Session) {
-    while let Ok(bytes) = waiting.recv() {
+fn write(mut stream: &TcpStream, waiting: &Receiver<Option<Vec<u8>>>, link: &Link, session: &Session) {
+    while let Ok(Some(bytes)) = waiting.recv() {
         if stream.write_all(&bytes).is_err() {
             link.broken.store(true, Ordering::Release);
             break;
@@ -176,7 +247,7 @@ fn write(mut stream: TcpStream, waiting: &Receiver<Vec<u8>>, link: &Link, sessio
 /// Reads and queues lines until the client closes the connection. A client is rejected if its first line is not a JSON
 /// object. This keeps out web pages, which can make a browser send data to any port, but only after the head of an HTTP
 /// request.
-fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &Session, token: &str) {
+fn read(stream: &TcpStream, queue: &SyncSender<Message>, link: &Link, session: &Session, token: &str) {
     let mut first = true;
     let mut stream = BufReader::with_capacity(64 << 10, stream);
     let mut line = Vec::new();
@@ -197,6 +268,9 @@ fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &S
         };
         let refused = std::mem::take(&mut first).then(|| message.refusal(token)).flatten();
         let over = refused.is_some();
+        if !over && matches!(message.ask, Ok(Ask::Request(TATU_REQUEST_STOP | TATU_REQUEST_QUIT))) {
+            session.stop();
+        }
         if queue.send(refused.unwrap_or(message)).is_err() || over {
             break;
         }

@@ -303,10 +303,12 @@ impl State {
         let waits = &self.waits;
         let is_over = |g: &mut Guest| {
             let owed = waits.values().any(|(n, _)| *n == g.client.number);
-            g.client.broken() || g.over && !owed
+            g.client.broken() || g.over && (!owed || g.client.is_silent())
         };
         let gone: Vec<Guest> = self.clients.extract_if(.., is_over).collect();
         for g in gone {
+            // The commands continue to wait, but nobody receives their results.
+            self.waits.retain(|_, (number, _)| *number != g.client.number);
             self.threads.push(g.client.leave());
         }
         self.threads.retain(|t| !t.is_finished());
@@ -315,11 +317,7 @@ impl State {
 
 impl Drop for State {
     fn drop(&mut self) {
-        for guest in self.clients.drain(..) {
-            guest.client.close();
-        }
-        for thread in self.threads.drain(..) {
-            let _ = thread.join();
-        }
+        let threads = std::mem::take(&mut self.threads);
+        self.listener.close(self.clients.drain(..).map(|guest| guest.client), threads);
     }
 }

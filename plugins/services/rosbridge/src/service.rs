@@ -121,6 +121,7 @@ impl Service for Rosbridge {
                 let session = session.clone();
                 move || session.wake()
             }),
+            heard: Box::new(|_| ()),
         };
         let listener = Listener::open(settings).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))

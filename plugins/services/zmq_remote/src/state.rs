@@ -126,6 +126,8 @@ impl State {
             }
             Event::Gone(connection) => {
                 self.requests.retain(|r| r.connection != connection);
+                // Nobody would receive the answers of commands that have not returned yet.
+                self.waits.retain(|_, pending| pending.connection != connection);
                 for key in self.clients.gone(connection) {
                     self.functions.gone(&key);
                 }

@@ -15,7 +15,7 @@ use crate::{
     frames::object,
     gallery,
     plugin::Props,
-    protocol::{Action, Command, Row, ToPage},
+    protocol::{Action, Command, FromPage, Row, ToPage},
     readings,
     recent::Recent,
     scene,
@@ -164,6 +164,13 @@ pub fn commands(turn: &Turn<'_>) -> ToPage {
         text: c.text.clone(),
     };
     ToPage::Commands { commands: turn.commands().iter().map(one).collect() }
+}
+
+/// Returns whether a message requests a stop, for which scripts that are running must return.
+pub fn ends_scripts(text: &str) -> bool {
+    // Other messages can be large, and are read in the service's turn.
+    const LONGEST: usize = 200;
+    text.len() <= LONGEST && matches!(FromPage::read(text), Ok(FromPage::Run { action: Action::Stop | Action::Quit }))
 }
 
 /// Returns the `TATU_REQUEST_*` constant for an action. For a single step, this is the constant for a start, because

@@ -117,16 +117,26 @@ fn below(folder: &Path, known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
 fn sorted(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
     let is_visible = |p: &PathBuf| p.file_name().is_some_and(|n| !n.to_string_lossy().starts_with('.'));
-    let mut entries: Vec<_> = entries.filter(is_visible).collect();
+    let mut entries: Vec<_> = entries.filter(|p| is_visible(p) && !leads_out(p)).collect();
     entries.sort();
     entries
+}
+
+/// Returns whether a path is a link to a place outside its folder. Scenes are distributed with links, which must not
+/// make the page show other files.
+fn leads_out(path: &Path) -> bool {
+    let folder =
+        || path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p })?.canonicalize().ok();
+    path.is_symlink() && !path.canonicalize().is_ok_and(|real| folder().is_some_and(|folder| real.starts_with(folder)))
 }
 
 /// Returns the gallery entry of the scene at `path`. The page opens the scene by `file`; `picture` replaces the picture
 /// beside the scene file.
 fn card(section: Section, path: &Path, file: &str, picture: Option<&[u8]>) -> SceneFile {
     let comment = beginning(path).map(|text| Comment::read(&text)).unwrap_or_default();
-    let picture = picture.map(<[u8]>::to_vec).or_else(|| read_plain(&path.with_extension("png"), MOST_PICTURE).ok());
+    let beside = path.with_extension("png");
+    let beside = || if leads_out(&beside) { None } else { read_plain(&beside, MOST_PICTURE).ok() };
+    let picture = picture.map(<[u8]>::to_vec).or_else(beside);
     let picture = picture.filter(|bytes| is_png(bytes)).map(|bytes| STANDARD.encode(bytes));
     SceneFile { section, file: file.to_owned(), about: comment.about, to_try: comment.to_try, picture }
 }
@@ -176,6 +186,22 @@ impl Comment {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn links_out_of_their_folder_are_not_shown() {
+        let place = tempfile::tempdir().unwrap();
+        let (folder, png) = (place.path().join("scenes"), b"\x89PNG\r\n\x1a\nsecret");
+        std::fs::create_dir(&folder).unwrap();
+        std::fs::write(place.path().join("secret.png"), png).unwrap();
+        std::fs::write(place.path().join("secret.toml"), "# Secret.\n").unwrap();
+        std::fs::write(folder.join("own.toml"), "format = 1\n").unwrap();
+        std::os::unix::fs::symlink("../secret.png", folder.join("own.png")).unwrap();
+        std::os::unix::fs::symlink("../secret.toml", folder.join("link.toml")).unwrap();
+        std::os::unix::fs::symlink("own.toml", folder.join("again.toml")).unwrap();
+        assert_eq!(below(&folder, &BTreeSet::new()), ["again.toml", "own.toml"].map(|name| folder.join(name)));
+        assert_eq!(card(Section::Own, &folder.join("own.toml"), "own.toml", None).picture, None);
+    }
 
     #[test]
     fn comments_say_what_a_scene_is_and_what_to_try() {

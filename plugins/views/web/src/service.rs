@@ -160,6 +160,14 @@ impl Service for Web {
                 let session = session.clone();
                 move || session.wake()
             }),
+            heard: Box::new({
+                let session = session.clone();
+                move |text| {
+                    if acts::ends_scripts(text) {
+                        session.stop();
+                    }
+                }
+            }),
         };
         let listener = Listener::open(settings).map_err(|e| {
             let port = params.i64("port").unwrap_or(0);

@@ -37,6 +37,7 @@ static tatu_status TATU_CALL now(tatu_call *c) {
   if (is(c, "results twice")) for (uint32_t i = 0; i < c->results_cap; i++) c->results[c->results_cap + i] = tatu_int(5);
   if (is(c, "before the results")) c->results[-1] = tatu_int(5);
   if (is(c, "past alloc")) memset((char *)c->api->alloc(c, 64), 'A', 80);
+  if (is(c, "past an argument")) memset((void *)(c->args[1].u.s.ptr), 0, 8 * c->args[1].u.s.len + 16);
   if (is(c, "before the state")) memset((char *)c->state - 8, 'A', 8);
   if (is(c, "past the state")) memset((char *)c->state + 16, 'A', 64);
   if (is(c, "huge span")) return tatu_return(c, tatu_span(TATU_F64S, c, 1ull << 60));

@@ -7,11 +7,7 @@ use tatu_errors::{Error, Result};
 use tatu_geometry::{Image, MOST_PIXELS};
 use tatu_plugin_api::safe::Value;
 
-use super::{
-    super::{Builder, import_files::Source},
-    Reader,
-    meshes::roots,
-};
+use super::{super::Builder, Reader};
 
 impl Reader<'_> {
     /// Replaces the file name of the image in a texture by its number.
@@ -25,19 +21,18 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Returns the number of the image in a file, which must be in or below one of the folders returned by [`roots`].
+    /// Returns the number of the image in a file, which the document must be permitted to name.
     fn image(&mut self, b: &mut Builder<'_>, name: &str) -> Result<i64> {
-        let folder = self.text.file.parent().unwrap_or(Path::new("")).to_owned();
+        let folder = self.text.file.parent().unwrap_or(Path::new(""));
         let file = folder.join(name);
         if let Some(number) = self.images.get(&file) {
             return Ok(*number);
         }
-        let from = Source { name: None, folder: Some(folder.clone()), roots: roots(b, folder), whole: false };
         let lacks = || {
             Error::new("E105", format!("cannot read the image `{name}`"))
                 .expected(format!("a PNG file {}", file.display()))
         };
-        let bytes = from.read(name, &b.document.sources)?.ok_or_else(lacks)?;
+        let bytes = b.named_file(folder, name)?.ok_or_else(lacks)?;
         let (columns, rows, rgba) = decode(&bytes).map_err(|why| {
             Error::new("E120", format!("`{name}` cannot be read as an image: {why}"))
                 .expected(format!("a PNG file of at most {MOST_PIXELS} pixels"))

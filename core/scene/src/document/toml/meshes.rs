@@ -1,6 +1,6 @@
 //! Meshes that a scene refers to by file name.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::Isometry3;
 use tatu_errors::{Error, Result};
@@ -8,7 +8,7 @@ use tatu_geometry::{Form, Mesh};
 use tatu_plugin_api::safe::Value;
 
 use super::{
-    super::{Builder, Document, Target, import, import_files::Source},
+    super::{Builder, Document, Target, import},
     Reader,
 };
 use crate::{forms::visible_parts, rows::Row};
@@ -37,26 +37,25 @@ impl Reader<'_> {
         }
     }
 
-    /// Returns the number of the mesh in a file, which must be in or below one of the folders returned by [`roots`].
+    /// Returns the number of the mesh in a file, which the document must be permitted to name.
     fn mesh(&mut self, b: &mut Builder<'_>, name: &[u8]) -> Result<Value> {
         let name = String::from_utf8_lossy(name).into_owned();
-        let folder = self.text.file.parent().unwrap_or(Path::new("")).to_owned();
+        let folder = self.text.file.parent().unwrap_or(Path::new(""));
         let file = folder.join(&name);
         if let Some(number) = self.meshes.get(&file) {
             return Ok(Value::Int(*number));
         }
-        let from = Source { name: None, folder: Some(folder.clone()), roots: roots(b, folder), whole: false };
         let lacks = || {
             Error::new("E105", format!("cannot read the mesh `{name}`"))
                 .expected(format!("a mesh file {}", file.display()))
         };
-        let bytes = from.read(&name, &b.document.sources)?.ok_or_else(lacks)?;
+        let bytes = b.named_file(folder, &name)?.ok_or_else(lacks)?;
         let choice = self.registry.importer_of(&file, &bytes, &b.document.settings.providers)?;
         let choice = choice.ok_or_else(|| self.registry.no_importer(Path::new(&name)))?;
         // The file is imported to a separate document, of which only the mesh is used.
         let mut alone = Document { sources: b.document.sources.clone(), ..Default::default() };
-        let mut inner =
-            Builder { registry: self.registry, document: &mut alone, group: 0, place: b.place.clone(), texts: b.texts };
+        let mut inner = Builder::new(self.registry, &mut alone, b.reach.clone());
+        (inner.place, inner.texts) = (b.place.clone(), b.texts);
         let import = import::Import { file: &file, bytes: &bytes, choice, params: &[], whole: false };
         inner.import(import, None, Isometry3::identity())?;
         let Some(mesh) = only_mesh(&alone) else {
@@ -92,11 +91,4 @@ fn only_mesh(document: &Document) -> Option<Mesh> {
         joined.coordinates.clear();
     }
     (!joined.triangles.is_empty()).then_some(joined)
-}
-
-/// Returns the folders that files can be read from, including subfolders: that of the current file and that of the
-/// scene.
-pub(super) fn roots(b: &Builder<'_>, folder: PathBuf) -> Vec<PathBuf> {
-    let scene = b.document.file.as_ref().and_then(|f| f.parent()).map(PathBuf::from);
-    [folder].into_iter().chain(scene).collect()
 }

@@ -41,6 +41,7 @@ use super::{
     change::{Override, ScriptOverride},
     entry::Entry,
     import, keys, overrides,
+    reach::{Allowed, Reach},
     services::{self, ServiceOverride, UserSettings},
     sources::Sources,
 };
@@ -68,12 +69,20 @@ pub struct Options {
     pub describe: bool,
     /// The source files; by default, they are read from disk.
     pub sources: Sources,
+    /// The files that the scene may name; by default, [`Reach::of`] its file.
+    pub reach: Option<Reach>,
+}
+
+impl Options {
+    fn reach_of(&self, file: &Path, registry: &Registry) -> Reach {
+        self.reach.clone().unwrap_or_else(|| Reach::of(file, registry))
+    }
 }
 
 /// Returns the plugin folders that `[scene]` lists, without checking the rest of the file.
 pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
     // A file in a different format cannot list plugin folders.
-    let Ok(text) = String::from_utf8(read_bytes(file, sources)?) else { return Ok(Vec::new()) };
+    let Ok(text) = String::from_utf8(read_bytes(&Allowed::chosen(file), sources)?) else { return Ok(Vec::new()) };
     let Ok(doc) = toml_edit::Document::parse(text.as_str()) else { return Ok(Vec::new()) };
     let here = file.parent().unwrap_or(Path::new(""));
     let list = doc.get("scene").and_then(|s| s.get("plugins")).and_then(Item::as_array);
@@ -99,14 +108,15 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
                 format!("its scripts request access outside the run, which you can permit by {}", lacks.join(" "));
             document.reports.push(Report::note(text));
         }
-        let more = match overrides::apply(&mut document, registry, &set, &model_params)? {
-            None => overrides::apply(&mut document, registry, &options.set, &model_params)?,
+        let reach = options.reach_of(file, registry);
+        let more = match overrides::apply(&mut document, registry, &set, &model_params, &reach)? {
+            None => overrides::apply(&mut document, registry, &options.set, &model_params, &reach)?,
             more => more,
         };
         match more {
             Some(more) => model_params = model_params.iter().cloned().chain([more]).collect(),
             None => {
-                overrides::replace_scripts(&mut document, registry, &options.scripts)?;
+                overrides::replace_scripts(&mut document, registry, &options.scripts, &reach)?;
                 services::apply(&mut document, registry, &options.services)?;
                 services::fill(&mut document, registry, &options.user_settings)?;
                 document.check()?;
@@ -118,31 +128,33 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
 }
 
 /// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. If `file` is the id of a
-/// model, loads a scene that contains only this model.
-pub fn load_part(file: &Path, registry: &Registry) -> Result<Document> {
+/// model, loads a scene that contains only this model. The file must be in `reach`, and may name the files in it.
+pub fn load_part(file: &Path, registry: &Registry, reach: Reach) -> Result<Document> {
     let id =
         file.to_str().filter(|id| registry.models.iter().any(|m| m.id == *id) || registry.find_model(id).is_some());
     if let Some(id) = id {
         let name = PathBuf::from(format!("{id}.toml"));
-        let options = Options::default();
+        let options = Options { reach: Some(reach), ..Options::default() };
         options.sources.keep(&name, format!("format = 1\n[[model]]\nmodel = {id:?}\n").into_bytes());
         return load(&name, registry, &options);
     }
+    let allowed = reach.file(file, &file.display().to_string(), false)?;
     if file.extension().is_some_and(|e| e == "toml") {
-        return load(file, registry, &Options::default());
+        return load(file, registry, &Options { reach: Some(reach), ..Options::default() });
     }
     let mut document = Document { file: Some(file.to_owned()), ..Default::default() };
-    let bytes = read_bytes(file, &document.sources)?;
+    let bytes = read_bytes(&allowed, &document.sources)?;
     let choice = registry.importer_of(file, &bytes, &BTreeMap::new())?.ok_or_else(|| registry.no_importer(file))?;
-    let mut builder = Builder { registry, document: &mut document, group: 0, place: None, texts: Some(add_text) };
+    let mut builder = Builder::new(registry, &mut document, reach);
+    builder.texts = Some(add_text);
     builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
     let import = import::Import { file, bytes: &bytes, choice, params: &[], whole: false };
     builder.import(import, None, Isometry3::identity())?;
     Ok(document)
 }
 
-fn read_bytes(file: &Path, sources: &Sources) -> Result<Vec<u8>> {
-    sources.read(file).map_err(|e| unreadable(file, &e.to_string()))
+fn read_bytes(file: &Allowed, sources: &Sources) -> Result<Vec<u8>> {
+    sources.read(file).map_err(|e| unreadable(file.path(), &e.to_string()))
 }
 
 fn unreadable(file: &Path, why: &str) -> Error {
@@ -175,8 +187,8 @@ fn add_text(b: &mut Builder<'_>, file: &Path, text: &str, parent: Option<usize>)
     }
     read.map_err(|mut e| {
         if let Some(place) = e.place.as_mut().filter(|p| p.file == file) {
-            let bytes = b.document.sources.read(file).unwrap_or_default();
-            if bytes != text.as_bytes() {
+            let bytes = b.document.sources.cached(file).unwrap_or_default();
+            if *bytes != *text.as_bytes() {
                 **place = Place::of_line(file.to_owned(), &bytes, place.line);
             }
         }
@@ -203,8 +215,9 @@ impl<'a> Reader<'a> {
             model_params,
             ..Default::default()
         };
-        let mut builder = Builder { registry, document: &mut document, group: 0, place: None, texts: Some(add_text) };
-        let bytes = read_bytes(file, sources)?;
+        let mut builder = Builder::new(registry, &mut document, options.reach_of(file, registry));
+        builder.texts = Some(add_text);
+        let bytes = read_bytes(&Allowed::chosen(file), sources)?;
         let named = file.extension().is_some_and(|e| e == "toml");
         let choice = if named { None } else { registry.importer_of(file, &bytes, &BTreeMap::new())? };
         if let Some(choice) = choice {

@@ -7,7 +7,7 @@ use tatu_errors::{Error, Place, Result};
 use tatu_plugins::{Model, parameter_flaws};
 
 use super::{
-    super::Builder,
+    super::{Builder, reach::Reach},
     Reader,
     naming::{describes_model, find, name_of, remembered, unreadable},
 };
@@ -26,31 +26,55 @@ pub(super) enum Named {
 
 impl Reader<'_> {
     /// Resolves the name of a model. A name that ends with `.toml` refers to a file, and any other name to a model of a
-    /// plugin or in one of the model folders.
-    pub(super) fn named(&self, b: &Builder<'_>, id: &str) -> Result<Named> {
+    /// plugin or in one of the model folders. Also returns the files that the model may name.
+    pub(super) fn named(&self, b: &Builder<'_>, id: &str) -> Result<(Named, Reach)> {
+        let reach = b.reach.clone();
         if id.ends_with(".toml") {
             let file = self.text.file.parent().unwrap_or(Path::new("")).join(id);
-            let text = b.document.sources.read_text(&file).map_err(|e| unreadable(id, &file, &e))?;
+            let allowed = b.allowed(&file, id)?;
+            let text = b.document.sources.read_text(&allowed).map_err(|e| unreadable(id, &file, &e))?;
             return match describes_model(&text) {
-                true => Ok(Named::Text(Box::new(self.read_model(&name_of(&file), &file, &text)?))),
-                false => Ok(Named::Scene(file)),
+                true => Ok((Named::Text(Box::new(self.read_model(&name_of(&file), &file, &text)?)), reach)),
+                false => Ok((Named::Scene(file), reach)),
             };
         }
         let sources = &b.document.sources;
         let found = find(id, self.registry, sources);
         let by = found.as_ref().and_then(|file| self.served_by(file));
         if let Some(index) = self.registry.model(id, by, &b.document.settings.providers)? {
-            return Ok(Named::Code(index));
+            return Ok((Named::Code(index), reach));
         }
         let Some(file) = found else { return Err(Error::new("E107", format!("there is no model `{id}`"))) };
+        let reach = self.reach_of(b, id, &file)?;
         if !sources.are_kept() {
             sources.keep(&remembered(id), file.to_string_lossy().into_owned().into_bytes());
         }
         if file.extension().is_none_or(|e| e != "toml") {
-            return Ok(Named::File(file));
+            return Ok((Named::File(file), reach));
         }
-        let text = sources.read_text(&file).map_err(|e| unreadable(id, &file, &e))?;
-        Ok(Named::Text(Box::new(self.read_model(id, &file, &text)?)))
+        let allowed = reach.file(&file, id, sources.are_kept())?;
+        let text = sources.read_text(&allowed).map_err(|e| unreadable(id, &file, &e))?;
+        Ok((Named::Text(Box::new(self.read_model(id, &file, &text)?)), reach))
+    }
+
+    /// Returns the files that a model found by its name may name. If it was found in a folder that the user or the
+    /// program has chosen, these include those in its own folder. Models beside a scene come with the scene, and may name
+    /// what the scene may.
+    fn reach_of(&self, b: &Builder<'_>, id: &str, file: &Path) -> Result<Reach> {
+        // In a stored document, the path of the model is what the document claims.
+        let Some(found) = self.registry.find_model(id).filter(|found| found.file == file) else {
+            return Ok(b.reach.clone());
+        };
+        let own = file.parent().unwrap_or(Path::new(""));
+        if !self.registry.search.is_beside_scene(&found.folder) {
+            return Ok(b.reach.with(own));
+        }
+        match b.reach.contains(&found.folder) {
+            true => Ok(b.reach.clone()),
+            // The folder is above that of a model that was opened as a scene.
+            false if b.reach.with(&found.folder).contains(own) => Ok(b.reach.with(own)),
+            false => Err(b.reach.outside(id)),
+        }
     }
 
     fn read_model(&self, name: &str, file: &Path, text: &str) -> Result<Model> {
@@ -82,6 +106,7 @@ impl Reader<'_> {
         let model = self.read_model(&name_of(self.text.file), self.text.file, self.text.text)?;
         let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == 0);
         let params: Vec<_> = changed.map(|(_, k, v)| (k.clone(), v.clone())).collect();
-        self.built(b, &model, &params, None, Isometry3::identity(), None).map(drop)
+        let reach = b.reach.clone();
+        self.built(b, (&model, reach), &params, None, Isometry3::identity(), None).map(drop)
     }
 }

@@ -24,7 +24,7 @@ pub(super) fn describes_model(text: &str) -> bool {
 /// folders.
 pub(super) fn find(id: &str, registry: &Registry, sources: &Sources) -> Option<PathBuf> {
     match sources.are_kept() {
-        true => sources.read_text(&remembered(id)).ok().map(PathBuf::from),
+        true => Some(PathBuf::from(String::from_utf8(sources.cached(&remembered(id))?.to_vec()).ok()?)),
         false => registry.find_model(id).map(|f| f.file),
     }
 }

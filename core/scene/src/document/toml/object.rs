@@ -140,6 +140,7 @@ impl Reader<'_> {
                 key: written.to_owned(),
                 item: item.clone(),
                 place: Some(place),
+                reach: Some(b.reach.clone()),
             });
         }
         Ok(())

@@ -9,7 +9,7 @@ use tatu_plugins::{Choice, Declared, Model};
 use toml_edit::TableLike;
 
 use super::{
-    super::{Builder, import, keys},
+    super::{Builder, import, keys, reach::Reach},
     Reader, canonical,
     changes::Mounted,
     models::Named,
@@ -57,27 +57,27 @@ impl Reader<'_> {
         }
         let placement = self.placement(table)?;
         let parent = self.parent(b, table, parent)?;
-        let named = self.named(b, &id).map_err(|e| e.at(at.clone()))?;
+        let (named, reach) = self.named(b, &id).map_err(|e| e.at(at.clone()))?;
         let model = match &named {
             Named::Code(index) => &self.registry.models[*index],
             Named::Text(model) => model,
             Named::Scene(file) => return self.included(b, table, (&id, file), placement, parent, at),
-            Named::File(file) => return self.imported(b, table, (&id, file), "model", parent),
+            Named::File(file) => return self.imported(b, table, (&id, file, reach), "model", parent),
         };
         if let Some(mounted) = &mounted {
             mounted.check(model).map_err(|e| e.at(at.clone()))?;
         }
         let params = self.params(b, table, &model.params, ("model", &model.id), MODEL_KEYS)?;
-        let base = self.built(b, model, &params, parent, placement, at)?;
+        let base = self.built(b, (model, reach), &params, parent, placement, at)?;
         self.finish(b, table, base, (&model.id, &model.slots))
     }
 
-    /// Builds a model. For an error in the text of the model, the help includes the location of the table that places
+    /// Builds a model, which may name the files in `reach`. For an error in the text of the model, the help includes the location of the table that places
     /// the model.
     pub(super) fn built(
         &self,
         b: &mut Builder<'_>,
-        model: &Model,
+        (model, reach): (&Model, Reach),
         params: &[(String, Value)],
         parent: Option<usize>,
         placement: Isometry3<f64>,
@@ -87,7 +87,9 @@ impl Reader<'_> {
             return b.model(model, params, parent, placement).map_err(|e| e.at(at));
         };
         self.enter(b, &model.id, file, at.clone())?;
+        let outer = std::mem::replace(&mut b.reach, reach);
         let built = b.model(model, params, parent, placement);
+        b.reach = outer;
         b.document.chain.pop();
         built.map_err(|e| {
             let inside = e.place.as_ref().is_some_and(|p| p.file != self.text.file);
@@ -139,21 +141,26 @@ impl Reader<'_> {
         let name = self.string(table, "file", item)?;
         let file = self.text.file.parent().unwrap_or(Path::new("")).join(&name);
         let parent = self.parent(b, table, parent)?;
-        self.imported(b, table, (&name, &file), "file", parent)
+        let reach = b.reach.clone();
+        self.imported(b, table, (&name, &file, reach), "file", parent)
     }
 
-    /// Places a file in another format. The value of `key` in the table is the name of the file.
+    /// Places a file in another format, which is in `reach` and may name the files in it. The value of `key` in the table
+    /// is the name of the file.
     fn imported(
         &mut self,
         b: &mut Builder<'_>,
         table: &dyn TableLike,
-        (name, file): (&str, &PathBuf),
+        (name, file, reach): (&str, &PathBuf, Reach),
         key: &str,
         parent: Option<usize>,
     ) -> Result<usize> {
         let at = self.text.value(table, key);
         let placement = self.placement(table)?;
-        let bytes = import::source(file, name, &b.document.sources).map_err(|e| e.at(Some(at.clone())))?;
+        let outer = std::mem::replace(&mut b.reach, reach);
+        let bytes = import::source(b, file, name);
+        let reach = std::mem::replace(&mut b.reach, outer);
+        let bytes = bytes.map_err(|e| e.at(Some(at.clone())))?;
         let providers = &b.document.settings.providers;
         let choice = match table.get("importer") {
             Some(item) => {
@@ -171,7 +178,10 @@ impl Reader<'_> {
         let own = if key == "file" { IMPORT_KEYS } else { MODEL_KEYS };
         let params = self.params(b, table, &info.params, ("importer", &info.id), own)?;
         let import = import::Import { file, bytes: &bytes, choice, params: &params, whole: false };
-        let base = b.import(import, parent, placement).map_err(|e| e.at(Some(at)))?;
+        let outer = std::mem::replace(&mut b.reach, reach);
+        let base = b.import(import, parent, placement);
+        b.reach = outer;
+        let base = base.map_err(|e| e.at(Some(at)))?;
         self.finish(b, table, base, (name, &[]))
     }
 
@@ -223,7 +233,9 @@ impl Reader<'_> {
         at: Option<Place>,
     ) -> Result<usize> {
         self.enter(b, id, file, at.clone())?;
-        let text = b.document.sources.read_text(file).map_err(|e| super::naming::unreadable(id, file, &e).at(at))?;
+        let allowed = b.allowed(file, id).map_err(|e| e.at(at.clone()))?;
+        let text =
+            b.document.sources.read_text(&allowed).map_err(|e| super::naming::unreadable(id, file, &e).at(at))?;
         let alias = Path::new(id).file_stem().map_or("model".into(), |s| s.to_string_lossy().into_owned());
         let group = b.document.new_group();
         let outer = std::mem::replace(&mut b.group, group);

@@ -15,7 +15,7 @@ use tatu_plugin_api::safe::Value;
 use tatu_plugins::Registry;
 
 use super::{
-    super::{Builder, Document, NORMAL, ObjectSpec, PRIORITIES, Settings, Target, settings},
+    super::{Builder, Document, NORMAL, ObjectSpec, PRIORITIES, Settings, Target, reach::Reach, settings},
     images,
     value_text::{divided, drive, free_data, line, quoted, text, texture},
 };
@@ -39,7 +39,7 @@ pub struct Written {
 pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<Written> {
     // This copy is used only to look up the meaning of keys.
     let mut copy = document.clone();
-    let builder = Builder { registry, document: &mut copy, group: 0, place: None, texts: None };
+    let builder = Builder::new(registry, &mut copy, Reach::nothing());
     let mut writer = Writer::new(document, registry, folder, BTreeSet::new());
     writer.out.text = "format = 1\n".into();
     writer.world();
@@ -78,7 +78,7 @@ impl<'a> Pieces<'a> {
 pub fn piece(pieces: &mut Pieces<'_>, index: usize, parent: Option<&str>) -> Result<String> {
     let Pieces { writer, copy } = pieces;
     let registry = writer.registry;
-    let builder = Builder { registry, document: copy, group: 0, place: None, texts: None };
+    let builder = Builder::new(registry, copy, Reach::nothing());
     let spec = &writer.document.objects[index];
     writer.object(&builder, index, spec, parent)?;
     Ok(std::mem::take(&mut writer.out.text))

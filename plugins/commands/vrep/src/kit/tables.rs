@@ -3,7 +3,10 @@
 //! The format is a marker byte followed by the value, which consists of a letter for its type and its little-endian
 //! bytes. Strings, lists and maps start with their length.
 
-use tatu_plugin_api::safe::{Fail, Result, Value};
+use tatu_plugin_api::{
+    abi::{TATU_ERR_SPACE, tatu_value},
+    safe::{Fail, Result, Value},
+};
 
 use super::{
     arguments::{STAND_IN, handle},
@@ -11,6 +14,25 @@ use super::{
 };
 
 const MARK: u8 = 0xF7;
+
+/// Size of all values of a call, bytes, which the host limits.
+const MOST_BYTES: usize = 256 << 20;
+
+/// Checks, before values are created from packed data, that `n` values of `each` bytes do not exceed the limit of the
+/// values of a call.
+pub(crate) fn check_count(n: usize, each: usize) -> Result {
+    match n.checked_mul(each) {
+        Some(bytes) if bytes <= MOST_BYTES => Ok(()),
+        _ => Err(Fail::with_code(
+            TATU_ERR_SPACE,
+            format!("{n} values exceed the limit of {} MB for the values of a call", MOST_BYTES >> 20),
+        )
+        .help("unpack parts of the data")),
+    }
+}
+
+/// Size of a value in a list or map, bytes.
+const EACH: usize = size_of::<tatu_value>();
 
 /// Packs a value.
 pub(crate) fn pack(v: &Value) -> Result<Vec<u8>> {
@@ -68,20 +90,29 @@ pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
         return Ok(Value::List(Vec::new()));
     }
     let Some(mut rest) = data.strip_prefix(&[MARK]) else {
+        // Each byte can be a value.
+        check_count(data.len(), EACH)?;
         return foreign_tables::read(data).ok_or_else(garbage);
     };
-    let v = read(&mut rest, 0).ok_or_else(garbage)?;
+    let (mut count, most) = (0, MOST_BYTES / EACH);
+    let v = read(&mut rest, 0, &mut count);
+    if count > most {
+        check_count(count, EACH)?;
+    }
+    let v = v.ok_or_else(garbage)?;
     if rest.is_empty() { Ok(v) } else { Err(garbage()) }
 }
 
-fn read(rest: &mut &[u8], depth: usize) -> Option<Value> {
+/// Reads a value, and adds the number of values to `read_so_far`. Ends with `None` after more than a call can pass.
+fn read(rest: &mut &[u8], depth: usize, read_so_far: &mut usize) -> Option<Value> {
     fn take<'a>(rest: &mut &'a [u8], n: usize) -> Option<&'a [u8]> {
         let (head, tail) = rest.split_at_checked(n)?;
         *rest = tail;
         Some(head)
     }
     let count = |rest: &mut &[u8]| Some(u32::from_le_bytes(take(rest, 4)?.try_into().ok()?) as usize);
-    if depth > tatu_plugin_api::safe::MAX_DEPTH {
+    *read_so_far += 1;
+    if depth > tatu_plugin_api::safe::MAX_DEPTH || *read_so_far > MOST_BYTES / EACH {
         return None;
     }
     Some(match take(rest, 1)?[0] {
@@ -93,9 +124,11 @@ fn read(rest: &mut &[u8], depth: usize) -> Option<Value> {
             let n = count(rest)?;
             Value::Text(take(rest, n)?.to_vec())
         }
-        b'l' => Value::List((0..count(rest)?).map(|_| read(rest, depth + 1)).collect::<Option<_>>()?),
+        b'l' => Value::List((0..count(rest)?).map(|_| read(rest, depth + 1, read_so_far)).collect::<Option<_>>()?),
         b'm' => Value::Map(
-            (0..count(rest)?).map(|_| Some((read(rest, depth + 1)?, read(rest, depth + 1)?))).collect::<Option<_>>()?,
+            (0..count(rest)?)
+                .map(|_| Some((read(rest, depth + 1, read_so_far)?, read(rest, depth + 1, read_so_far)?)))
+                .collect::<Option<_>>()?,
         ),
         _ => return None,
     })
@@ -104,6 +137,18 @@ fn read(rest: &mut &[u8], depth: usize) -> Option<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn values_are_counted_before_they_are_made() {
+        assert!(check_count(MOST_BYTES / 8, 8).is_ok());
+        assert!(check_count(MOST_BYTES / 8 + 1, 8).is_err());
+        assert!(check_count(usize::MAX, 8).is_err());
+        let n = MOST_BYTES / EACH + 1;
+        let mut data = vec![MARK, b'l'];
+        data.extend((n as u32).to_le_bytes());
+        data.resize(data.len() + n, b'n');
+        assert_eq!(unpack(&data).unwrap_err().code(), TATU_ERR_SPACE);
+    }
 
     #[test]
     fn what_is_packed_comes_back() {

@@ -224,6 +224,11 @@ fn missing(c: &Ctx<'_>, wanted: &str, by: Prop) -> Fail {
 
 /// Returns up to three names that resemble `wanted`, the most similar first.
 fn nearest(wanted: &str, known: &[String]) -> Vec<String> {
+    // The comparison takes time in proportion to the product of the lengths.
+    const LONGEST: usize = 200;
+    if wanted.len() > LONGEST {
+        return Vec::new();
+    }
     let limit = (wanted.len() / 3).max(2);
     let mut near: Vec<(usize, &String)> = known
         .iter()

@@ -11,7 +11,14 @@ struct Element {
     unpack_names: [&'static str; 3],
     size: usize,
     pack: fn(f64, &mut Vec<u8>),
-    unpack: fn(&[u8]) -> Value,
+    unpack: Unpack,
+}
+
+/// Converts the bytes of an element.
+#[derive(Clone, Copy)]
+enum Unpack {
+    Float(fn(&[u8]) -> f64),
+    Int(fn(&[u8]) -> i64),
 }
 
 macro_rules! element {
@@ -25,10 +32,7 @@ macro_rules! element {
                 let narrow: fn(f64) -> $t = $narrow;
                 out.extend_from_slice(&narrow(x).to_le_bytes());
             },
-            unpack: |bytes| {
-                let widen: fn($t) -> Value = $widen;
-                widen(<$t>::from_le_bytes(bytes.try_into().unwrap_or_default()))
-            },
+            unpack: $widen(|bytes| <$t>::from_le_bytes(bytes.try_into().unwrap_or_default()).into()),
         }
     };
 }
@@ -41,7 +45,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackFloatTable", "simUnpackFloatTable", "simUnpackFloats"],
         f32,
         |x| x as f32,
-        |x| Value::Float(x.into())
+        Unpack::Float
     ),
     element!(
         "Double",
@@ -49,7 +53,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackDoubleTable", "simUnpackDoubleTable", "simUnpackDoubles"],
         f64,
         |x| x,
-        Value::Float
+        Unpack::Float
     ),
     element!(
         "Int32",
@@ -57,7 +61,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackInt32Table", "simUnpackInt32Table", "simUnpackInts"],
         i32,
         |x| x as i64 as i32,
-        |x| Value::Int(x.into())
+        Unpack::Int
     ),
     element!(
         "UInt32",
@@ -65,7 +69,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackUInt32Table", "simUnpackUInt32Table", "simUnpackUInts"],
         u32,
         |x| x as i64 as u32,
-        |x| Value::Int(x.into())
+        Unpack::Int
     ),
     element!(
         "UInt16",
@@ -73,7 +77,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackUInt16Table", "simUnpackUInt16Table", "simUnpackWords"],
         u16,
         |x| x as i64 as u16,
-        |x| Value::Int(x.into())
+        Unpack::Int
     ),
     element!(
         "UInt8",
@@ -81,7 +85,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackUInt8Table", "simUnpackUInt8Table", "simUnpackBytes"],
         u8,
         |x| x as i64 as u8,
-        |x| Value::Int(x.into())
+        Unpack::Int
     ),
 ];
 
@@ -120,7 +124,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 // packed data; it is unpacked to zeros.
                 let stands_in = bytes == b"1" && c.world().makes_stand_ins();
                 let bytes = if stands_in { STAND_IN } else { bytes };
-                let values = unpack(e, bytes.get(skip..).unwrap_or_default(), start, count);
+                let values = unpack(e, bytes.get(skip..).unwrap_or_default(), start, count)?;
                 c.ret(values);
                 Ok(())
             })
@@ -162,10 +166,15 @@ fn pack(e: &Element, numbers: impl Iterator<Item = f64>) -> Vec<u8> {
     out
 }
 
-fn unpack(e: &Element, bytes: &[u8], start: i64, count: i64) -> Value {
+fn unpack(e: &Element, bytes: &[u8], start: i64, count: i64) -> Result<Value> {
     let whole = bytes.len() / e.size;
     let range = part(whole, start, count);
-    Value::List(bytes.chunks_exact(e.size).skip(range.start).take(range.len()).map(e.unpack).collect())
+    tables::check_count(range.len(), 8)?;
+    let elements = bytes.chunks_exact(e.size).skip(range.start).take(range.len());
+    Ok(match e.unpack {
+        Unpack::Float(f) => Value::Floats(elements.map(f).collect()),
+        Unpack::Int(f) => Value::Ints(elements.map(f).collect()),
+    })
 }
 
 #[cfg(test)]
@@ -181,11 +190,11 @@ mod tests {
         let e = element("Float");
         let data = pack(e, [1.5, -2.0].into_iter());
         assert_eq!(data, [0, 0, 0xC0, 0x3F, 0, 0, 0, 0xC0]);
-        let both = Value::List(vec![Value::Float(1.5), Value::Float(-2.0)]);
-        assert_eq!(unpack(e, &data, 0, 0), both);
-        assert_eq!(unpack(e, &data, 1, 1), Value::List(vec![Value::Float(-2.0)]));
-        assert_eq!(unpack(e, &data[..7], 0, 0), Value::List(vec![Value::Float(1.5)]));
-        assert_eq!(unpack(e, b"", 0, 0), Value::List(vec![]));
+        let unpacked = |data: &[u8], start, count| unpack(e, data, start, count).unwrap();
+        assert_eq!(unpacked(&data, 0, 0), Value::Floats(vec![1.5, -2.0]));
+        assert_eq!(unpacked(&data, 1, 1), Value::Floats(vec![-2.0]));
+        assert_eq!(unpacked(&data[..7], 0, 0), Value::Floats(vec![1.5]));
+        assert_eq!(unpacked(b"", 0, 0), Value::Floats(vec![]));
     }
 
     #[test]
@@ -193,8 +202,8 @@ mod tests {
         assert_eq!(pack(element("UInt8"), [256.0, -1.0, 7.9].into_iter()), [0, 255, 7]);
         assert_eq!(pack(element("UInt16"), [258.0].into_iter()), [2, 1]);
         let all = pack(element("UInt32"), [-1.0].into_iter());
-        assert_eq!(unpack(element("Int32"), &all, 0, 0), Value::List(vec![Value::Int(-1)]));
-        assert_eq!(unpack(element("UInt32"), &all, 0, 0), Value::List(vec![Value::Int(0xFFFF_FFFF)]));
+        assert_eq!(unpack(element("Int32"), &all, 0, 0).unwrap(), Value::Ints(vec![-1]));
+        assert_eq!(unpack(element("UInt32"), &all, 0, 0).unwrap(), Value::Ints(vec![0xFFFF_FFFF]));
     }
 
     #[test]

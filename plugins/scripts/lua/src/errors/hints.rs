@@ -81,7 +81,12 @@ pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<S
         n @ ..=8 => n.div_ceil(4),
         n => 1 + n.max(known.len()) / 4,
     };
-    all.filter(|known| known != name)
+    // The comparison takes time in proportion to the product of the lengths.
+    const LONGEST: usize = 200;
+    if name.len() > LONGEST {
+        return None;
+    }
+    all.filter(|known| known != name && known.len() <= LONGEST)
         .map(|known| (strsim::damerau_levenshtein(&name.to_lowercase(), &known.to_lowercase()), known))
         .filter(|(d, known)| *d <= most(known))
         .min()

@@ -20,6 +20,9 @@ pub(crate) const LINE: u64 = 100;
 /// Instructions charged for looking up a name in the host.
 pub(crate) const LOOKUP: u64 = 50;
 
+/// Work, in units, after which the script asks whether it must return.
+const POLL: u64 = (1 << 18) * INSTRUCTION;
+
 /// Charges the instructions that a new coroutine can run before its own hook is called for the first time.
 pub(crate) fn charge_coroutine(s: &State) {
     let used = &s.budget.meter().used;
@@ -80,14 +83,28 @@ unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
         let used = meter.used.get() + HOOK_INTERVAL * INSTRUCTION;
         meter.used.set(used);
         if used < meter.limit.get() {
+            if used / POLL != (used - HOOK_INTERVAL * INSTRUCTION) / POLL && s.world().must_return() {
+                *b.reason.borrow_mut() =
+                    Some("the script did not return within a second after a stop was requested".to_owned());
+                stop_script(l);
+            }
             return time_slices::count(l, s, HOOK_INTERVAL);
         }
     }
     stop_script(l);
 }
 
+/// Aborts the running call for a reason that the host gave, and disables the script.
+///
+/// # Safety
+/// The requirements of [`charge`] apply.
+pub(crate) unsafe fn stop_by_host(l: *mut lua_State, reason: String) -> i32 {
+    *state::of(l).budget.reason.borrow_mut() = Some(reason);
+    stop_script(l)
+}
+
 /// Aborts the running call with an error, and disables the script.
-unsafe fn stop_script(l: *mut lua_State) {
+unsafe fn stop_script(l: *mut lua_State) -> ! {
     let s = state::of(l);
     let meter = s.budget.meter();
     if !s.budget.exhausted.replace(true) {

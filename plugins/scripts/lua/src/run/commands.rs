@@ -148,7 +148,13 @@ unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_
     if status == TATU_WAIT && frame.wait_token != 0 {
         return waits::suspend(l, s, frame.wait_token);
     }
-    errors::raise(l, failure(s, status, frame))
+    let fail = failure(s, status, frame);
+    if status == TATU_ERR_BUDGET {
+        let reason = fail.text().to_owned();
+        drop(fail);
+        return budget::stop_by_host(l, reason);
+    }
+    errors::raise(l, fail)
 }
 
 fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {

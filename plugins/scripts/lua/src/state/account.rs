@@ -26,6 +26,8 @@ pub(crate) struct Account {
     countdown: Cell<*mut i32>,
     /// File and line at which the budget ran out.
     pub place: RefCell<Option<(String, u64)>>,
+    /// The reason for which the host ended the call, if it did.
+    pub reason: RefCell<Option<String>>,
 }
 
 /// Budget of the surrounding call, which is restored when the nested call ends.
@@ -49,6 +51,7 @@ impl Default for Account {
             spent: Cell::new(0),
             countdown: Cell::new(std::ptr::null_mut()),
             place: RefCell::new(None),
+            reason: RefCell::new(None),
         }
     }
 }
@@ -98,8 +101,11 @@ impl Account {
     /// Returns the error to report if the script has exhausted its budget.
     pub(crate) fn refusal(&self) -> Option<Fail> {
         self.exhausted.get().then(|| {
-            let fail = Fail::with_code(TATU_ERR_BUDGET, self.message())
-                .help("look for an endless loop, or increase the budget of scripts");
+            let fail = match self.reason.borrow().clone() {
+                Some(reason) => Fail::with_code(TATU_ERR_BUDGET, reason),
+                None => Fail::with_code(TATU_ERR_BUDGET, self.message())
+                    .help("look for an endless loop, or increase the budget of scripts"),
+            };
             match self.place.borrow().clone() {
                 Some((file, line)) => fail.at(file, line),
                 None => fail,

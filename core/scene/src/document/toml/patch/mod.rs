@@ -22,7 +22,7 @@ use tatu_errors::{Error, Result};
 use tatu_plugins::Registry;
 use toml_edit::DocumentMut;
 
-use super::super::{Builder, settings};
+use super::super::{Builder, reach::Reach, settings};
 use crate::rows::Row;
 use diff::Difference;
 pub use edited::{Edited, Patched};
@@ -36,7 +36,7 @@ pub fn patch(text: &str, edited: &Edited<'_>, registry: &Registry) -> Result<Pat
         .map_err(|e: toml_edit::TomlError| Error::new("E100", format!("not a TOML file: {}", e.message())))?;
     // This copy is used only to look up the meaning of keys.
     let mut copy = edited.document.clone();
-    let builder = Builder { registry, document: &mut copy, group: 0, place: None, texts: None };
+    let builder = Builder::new(registry, &mut copy, Reach::nothing());
     let entries = Entries::new(edited);
     let mut out = Patched::default();
     world(&mut doc, edited, &mut out);

@@ -50,7 +50,7 @@ impl Writer<'_> {
         let file = Path::new(&script.name).strip_prefix(&folder).ok()?.to_str()?.to_owned();
         let plain = Path::new(&file).components().all(|c| matches!(c, std::path::Component::Normal(_)));
         let users = self.edited.document.objects.iter().flat_map(|o| &o.scripts).filter(|s| s.name == script.name);
-        let once = users.count() == 1 && self.edited.document.sources.read(Path::new(&script.name)).is_ok();
+        let once = users.count() == 1 && self.edited.document.sources.has(Path::new(&script.name));
         let table = self.table(entry)?;
         let named = ["script", "scripts"].iter().any(|k| table.get(k).is_some_and(|i| i.to_string().contains(&file)));
         (plain && once && named).then_some(file)
