@@ -1,7 +1,7 @@
 //! Objects: properties common to all objects, and those of each kind.
 //!
-//! - this module: common properties, shapes, joints and devices; `follow`: joints that follow a leader; `course`:
-//!   position targets;
+//! - this module: common properties, shapes, joints and devices; `derived`: what is computed from the form of a shape;
+//!   `follow`: joints that follow a leader; `course`: position targets;
 //! - `force_sensor`: force sensors; `views`: cameras, lights and paths.
 
 use std::{collections::BTreeMap, sync::Arc};
@@ -15,11 +15,14 @@ use tatu_plugin_api::abi::*;
 use crate::{drive::Drive, graph::GraphSpec, noise::NoiseSpec, texture::ShapeTexture};
 
 mod course;
+mod derived;
 mod follow;
 mod force_sensor;
 mod views;
 
 pub use course::Course;
+pub use derived::Derived;
+pub(crate) use derived::{Lump, Matter, Solid};
 pub use follow::Follow;
 pub(crate) use follow::is_curve;
 pub use force_sensor::{ForceSensor, MOST_SAMPLES};
@@ -192,7 +195,8 @@ pub struct Shape {
     pub texture: Option<ShapeTexture>,
     pub mass: Option<f64>,
     pub inertia: Option<[f64; 9]>,
-    pub com: Vector3<f64>,
+    /// Centre of mass in the shape's frame, m; `None`: that of the form at uniform density.
+    pub com: Option<Vector3<f64>>,
     pub dynamic: bool,
     pub respondable: bool,
     pub mask: u16,
@@ -218,6 +222,9 @@ pub struct Shape {
     pub collide_as: Option<Primitive>,
     pub collide_size: Vector3<f64>,
     pub body: Body,
+    /// What was computed from the form; not stored in snapshots.
+    #[serde(skip)]
+    pub derived: Derived,
 }
 
 impl Default for Shape {
@@ -232,7 +239,7 @@ impl Default for Shape {
             texture: None,
             mass: None,
             inertia: None,
-            com: Vector3::zeros(),
+            com: None,
             dynamic: false,
             respondable: false,
             mask: 0xFFFF,
@@ -250,6 +257,7 @@ impl Default for Shape {
             collide_as: None,
             collide_size: Vector3::zeros(),
             body: Body(None),
+            derived: Derived::default(),
         }
     }
 }
