@@ -52,6 +52,7 @@ use respond::PairFilter;
 use shapes::ShapeCache;
 pub use state::Rapier;
 use state::{Tables, finite, mark};
+pub use tuning::SETTLE_TIME;
 use tuning::{CONTACT_SHARE, CONTACT_SOFTNESS, STATIC_CONTACT_SOFTNESS, UNEVEN};
 
 use super::{

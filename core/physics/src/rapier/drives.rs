@@ -75,11 +75,12 @@ impl Rapier {
             let Some(record) = &self.tables.joints[id.0 as usize] else {
                 return false;
             };
-            if !matches!(record.drive, Drive::Position { .. }) {
-                return false;
-            }
+            let Drive::Position { max_force, tracking, .. } = record.drive else { return false };
+            let integrates = tracking.is_some_and(|t| t.i != 0.0);
+            let effort = if integrates { self.joint_state(*id).effort } else { 0.0 };
+            let pressed = if effort.abs() >= AT_LIMIT * max_force { effort.signum() } else { 0.0 };
             let (frame_a, frame_b) = self.joint_frames(record);
-            let (pursuit, memory) = joints::pursue(record, record.position(&frame_a, &frame_b), dt);
+            let (pursuit, memory) = joints::pursue(record, record.position(&frame_a, &frame_b), dt, pressed);
             if let Some(record) = self.tables.joints[id.0 as usize].as_mut() {
                 record.memory = memory;
                 if record.pursuit != pursuit {
