@@ -128,7 +128,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// Returns the linear velocity of an object's frame, m/s, and its angular velocity, rad/s, in the world frame. The host
 /// returns the velocity of the centre of mass for dynamic shapes.
-pub(crate) fn frame_velocity(c: &Ctx<'_>, id: tatu_object) -> Result<[f64; 6]> {
+pub(crate) fn frame_velocity(c: &Shared<'_>, id: tatu_object) -> Result<[f64; 6]> {
     let (w, p) = (c.world(), &c.plugin().p);
     let mut t = w.twist(id)?;
     let turn = [t[3], t[4], t[5]];
