@@ -85,7 +85,7 @@ fn what_carries_nothing_measures_nothing() {
         .filter_map(|l| l.split_once("load "))
         .map(|(_, l)| l.split(' ').map(|x| x.trim().parse().unwrap()).collect())
         .collect();
-    assert_eq!(loads.len(), 10, "{err}");
+    assert!(loads.len() >= 10, "{err}");
     near("torque", loads[3][0].abs(), G * 0.25, 1e-3);
     near("force", loads[3][2], -2.0 * G, 0.05);
     for after in &loads[4..] {
