@@ -37,11 +37,19 @@ struct Forms {
     unused: Vec<(u32, u32)>,
 }
 
-/// Returns the form in which each joint and force sensor is solved, by the shape below it.
-pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
-    let Forms { ties, of_root, .. } = choose(scene);
+/// The solvers of all mechanisms, for the engine.
+pub(super) struct Solvers {
+    /// The form in which each joint and force sensor is solved, by the shape below it.
+    pub forms: BTreeMap<u32, JointForm>,
+    /// The shapes whose own choice of solver is not used, with the shape of the same mechanism whose choice is.
+    pub unused: Vec<(u32, u32)>,
+}
+
+/// Returns the solvers of all mechanisms.
+pub(super) fn chosen(scene: &Scene) -> Solvers {
+    let Forms { ties, of_root, unused } = choose(scene);
     let of = |child: u32| of_root.get(&root(&ties, child).0).map(|(form, _)| *form).unwrap_or_default();
-    ties.keys().map(|child| (*child, of(*child))).collect()
+    Solvers { forms: ties.keys().map(|child| (*child, of(*child))).collect(), unused }
 }
 
 /// Returns the solver of the mechanism that a shape belongs to, and the reason for the choice, or an empty string if
@@ -54,11 +62,6 @@ pub(crate) fn solver_used(scene: &Scene, slot: u32) -> String {
 /// Returns the path of the root shape of each mechanism, with the solver and the reason, in ascending order of slots.
 pub fn solvers(scene: &Scene) -> Vec<(String, String)> {
     choose(scene).of_root.iter().map(|(root, choice)| (scene.path(*root), described(choice))).collect()
-}
-
-/// Returns the shapes whose own choice of solver is not used, with the shape of the same mechanism whose choice is.
-pub(crate) fn unused_solvers(scene: &Scene) -> Vec<(u32, u32)> {
-    choose(scene).unused
 }
 
 fn described((form, why): &(JointForm, &'static str)) -> String {

@@ -7,15 +7,15 @@ use super::state::Dynamics;
 use crate::{
     forms::ellipsoids,
     matter::open_edges,
-    mechanisms,
     notices::Notice,
     object::{Data, Shape},
     tree::Scene,
 };
 
 impl Dynamics {
-    /// Adds the warnings about all objects of a scene.
-    pub(super) fn warn(&mut self, scene: &Scene) {
+    /// Adds the warnings about all objects of a scene. `unused` contains the shapes whose choice of solver is not used,
+    /// with those whose choice is.
+    pub(super) fn warn(&mut self, scene: &Scene, unused: &[(u32, u32)]) {
         // Equal warnings are merged, so a hundred equal objects cause a single message.
         let mut found: BTreeMap<(Notice, String), Vec<u32>> = BTreeMap::new();
         for (slot, o) in scene.slots() {
@@ -28,15 +28,15 @@ impl Dynamics {
                 }
             }
         }
-        for (slot, root) in mechanisms::unused_solvers(scene) {
-            let Some(o) = scene.get(slot) else { continue };
+        for (slot, root) in unused {
+            let Some(o) = scene.get(*slot) else { continue };
             if self.notices.is_new(Notice::Solver, o.uid) {
                 let why = format!(
                     "its `joint_solver` is not used, because a mechanism has one solver, and `{}` sets another for the \
                      same mechanism; set it there",
-                    scene.path(root)
+                    scene.path(*root)
                 );
-                found.entry((Notice::Solver, why)).or_default().push(slot);
+                found.entry((Notice::Solver, why)).or_default().push(*slot);
             }
         }
         for ((_, why), slots) in found {
@@ -54,8 +54,8 @@ fn open_mesh(shape: &Shape) -> Option<(Notice, String)> {
     let lacking = lacking.into_iter().chain([("inertia", shape.inertia.is_none())]);
     let names: Vec<&str> = lacking.filter(|(_, lacks)| *lacks).map(|(name, _)| name).collect();
     let text = format!(
-        "its mesh is not closed (edges without a second triangle, or triangles that face opposite ways), so its {} is \
-         that of its convex hull; close the mesh, or state the values",
+        "its mesh is not closed (edges without a second triangle, or triangles that face opposite ways), so its {} \
+         come from its convex hull; close the mesh, or state the values",
         names.join(", ")
     );
     Some((Notice::OpenMesh, text))

@@ -39,7 +39,7 @@ impl Dynamics {
             scene.get(b.slot).is_some_and(|o| o.uid == b.uid && o.version == b.version)
                 && motion_of(scene, b.slot) == Some(b.motion)
         };
-        let forms = mechanisms::forms(scene);
+        let mechanisms::Solvers { forms, unused } = mechanisms::chosen(scene);
         let gone: Vec<_> = self.bodies.iter().filter(|b| !kept(b)).map(|b| (b.id, b.slot, b.uid)).collect();
         let dead: BTreeSet<BodyId> = gone.iter().map(|g| g.0).collect();
         let alive = |id: BodyId| !dead.contains(&id);
@@ -84,7 +84,7 @@ impl Dynamics {
         loose.iter().for_each(|(_, tie)| unload(scene, *tie));
         self.close_loops(scene);
         self.list_kinematic();
-        self.warn(scene);
+        self.warn(scene, &unused);
     }
 
     fn add_body(&mut self, scene: &mut Scene, slot: u32, twists: &BTreeMap<u32, Twist>) {
