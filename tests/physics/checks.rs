@@ -136,7 +136,8 @@ fn a_solver_that_is_not_used_is_named() {
     let other = base([0.0; 3]).replacen("alias", "joint_solver = \"tree\"\nalias", 1)
         + &slider("l", "", "joint_solver = \"reduced\"");
     for text in [told(&other), said(&other)] {
-        let wanted = "`/base/j/l`: its `joint_solver` is not used, because a mechanism has one solver, and `/base` sets";
+        let wanted =
+            "`/base/j/l`: its `joint_solver` is not used, because a mechanism has one solver, and `/base` sets";
         assert_eq!(text.matches(wanted).count(), 1, "{text}");
     }
     assert!(used(&other).contains("tree: its own joint_solver"));
@@ -147,7 +148,11 @@ fn a_solver_that_is_not_used_is_named() {
 fn a_dynamic_shape_below_a_kinematic_joint_is_told_once() {
     let scene = base([0.0; 3]) + &slider("l", "mode = \"kinematic\"", "");
     for text in [told(&scene), said(&scene)] {
-        assert_eq!(text.matches("`/base/j/l`: it is dynamic, but the joint above it is kinematic").count(), 1, "{text}");
+        assert_eq!(
+            text.matches("`/base/j/l`: it is dynamic, but the joint above it is kinematic").count(),
+            1,
+            "{text}"
+        );
     }
     assert!(!told(&(base([0.0; 3]) + &slider("l", "", ""))).contains("kinematic"));
 }

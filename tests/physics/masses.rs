@@ -43,7 +43,9 @@ fn weigher(paths: &str, first: &str) -> String {
 fn weighed(place: &Place) -> Vec<[f64; 8]> {
     let said = place.run(&["--steps", "1"]).good().err;
     let lines = said.lines().filter_map(|l| l.split_once("weighs "));
-    lines.map(|(_, l)| l.split(' ').map(|x| x.trim().parse().unwrap()).collect::<Vec<f64>>().try_into().unwrap()).collect()
+    lines
+        .map(|(_, l)| l.split(' ').map(|x| x.trim().parse().unwrap()).collect::<Vec<f64>>().try_into().unwrap())
+        .collect()
 }
 
 #[track_caller]

@@ -85,9 +85,10 @@ fn whole(form: Form) -> Part {
 pub fn collision_parts(shape: &Shape) -> Vec<Part> {
     match shape.collide_as {
         None => visible_parts(shape),
-        Some(primitive) => {
-            form(shape, primitive, collide_size(shape), (shape.mesh.as_ref(), shape.convex)).map(whole).into_iter().collect()
-        }
+        Some(primitive) => form(shape, primitive, collide_size(shape), (shape.mesh.as_ref(), shape.convex))
+            .map(whole)
+            .into_iter()
+            .collect(),
     }
 }
 

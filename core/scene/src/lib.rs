@@ -44,8 +44,8 @@ pub use mechanisms::solvers;
 pub use moves::Moves;
 pub use names::{ALIAS, is_alias};
 pub use object::{
-    ActuatorData, Body, Camera, Control, Course, Data, Derived, Follow, ForceSensor, Joint, JointSolver, JointType, Light,
-    LightForm, Object, Path, Primitive, SensorData, SensorTargets, Shape, ShapePart,
+    ActuatorData, Body, Camera, Control, Course, Data, Derived, Follow, ForceSensor, Joint, JointSolver, JointType,
+    Light, LightForm, Object, Path, Primitive, SensorData, SensorTargets, Shape, ShapePart,
 };
 pub use props::{Changed, get, numbers, set, set_numbers};
 pub use props::{is_drive, notes, notes_value, part_images, part_meshes};

@@ -64,7 +64,8 @@ fn matter(shape: &Shape) -> &Matter {
             own => vec![lump(own, shape.size, (shape.mesh.as_deref(), shape.convex))],
         };
         let (measures, total) = measures(&lumps);
-        let centre: Vector3<f64> = lumps.iter().zip(measures).map(|(l, m)| l.centre() * m).sum::<Vector3<f64>>() / total;
+        let centre: Vector3<f64> =
+            lumps.iter().zip(measures).map(|(l, m)| l.centre() * m).sum::<Vector3<f64>>() / total;
         // Rounding errors of a symmetric compound are removed.
         let reach = lumps.iter().map(|l| l.centre().amax()).fold(0.0, f64::max);
         let centre = centre.map(|x| if x.abs() <= 1e-12 * reach { 0.0 } else { x });

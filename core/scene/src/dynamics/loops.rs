@@ -3,9 +3,7 @@
 //! body without colliders at the pose of the dummy.
 
 use nalgebra::{Isometry3, Matrix3, Point3};
-use tatu_physics::{
-    BodyDesc, BodyId, JointDesc, JointForm, JointKind, MassProps, Motion, Passive, Respond, Surface,
-};
+use tatu_physics::{BodyDesc, BodyId, JointDesc, JointForm, JointKind, MassProps, Motion, Passive, Respond, Surface};
 
 use super::state::{Dynamics, LoopRecord};
 use crate::{

@@ -184,7 +184,9 @@ impl Dynamics {
         for (slot, leader) in &self.geared {
             let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
             let (Some(j), Some(l)) = (joint(*slot), joint(*leader)) else { continue };
-            let (Some(id), Some(leader_id), Some(drive)) = (j.id, l.id, drive_of(l, target_of(l, part, steps, self.step))) else {
+            let (Some(id), Some(leader_id), Some(drive)) =
+                (j.id, l.id, drive_of(l, target_of(l, part, steps, self.step)))
+            else {
                 continue;
             };
             let factor = j.follow.factor;

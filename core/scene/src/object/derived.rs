@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{Isometry3, Vector3};
 use tatu_geometry::{Mesh, Moments};
 
-use super::Primitive;
+use super::primitive::Primitive;
 
 /// A part of a shape as a solid of uniform density.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! Objects: properties common to all objects, and those of each kind.
 //!
-//! - this module: common properties, shapes, joints and devices; `derived`: what is computed from the form of a shape;
-//!   `follow`: joints that follow a leader; `course`: position targets;
+//! - this module: common properties, shapes, joints and devices; `primitive`: forms by name; `derived`: what is computed
+//!   from the form of a shape; `follow`: joints that follow a leader; `course`: position targets;
 //! - `force_sensor`: force sensors; `views`: cameras, lights and paths.
 
 use std::{collections::BTreeMap, sync::Arc};
@@ -18,6 +18,7 @@ mod course;
 mod derived;
 mod follow;
 mod force_sensor;
+mod primitive;
 mod views;
 
 pub use course::Course;
@@ -26,6 +27,7 @@ pub(crate) use derived::{Lump, Matter, Solid};
 pub use follow::Follow;
 pub(crate) use follow::is_curve;
 pub use force_sensor::{ForceSensor, MOST_SAMPLES};
+pub use primitive::{PRIMITIVES, Primitive};
 pub use views::{Camera, LIGHT_FORMS, Light, LightForm, Path};
 
 /// An object of the scene. The data that a step needs for a device is at the start of the struct, where it fits in one
@@ -120,35 +122,6 @@ impl Object {
     /// Returns the object as a joint, if it is one.
     pub fn joint(&self) -> Option<&Joint> {
         if let Data::Joint(j) = &self.data { Some(j) } else { None }
-    }
-}
-
-/// The form of a shape or part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named after what they are")]
-pub enum Primitive {
-    Box,
-    Sphere,
-    Cylinder,
-    Capsule,
-    Plane,
-    Mesh,
-    Compound,
-}
-
-/// Names of the primitives, in the order of [`Primitive`].
-pub const PRIMITIVES: &[&str] = &["box", "sphere", "cylinder", "capsule", "plane", "mesh", "compound"];
-
-impl Primitive {
-    /// Returns the primitive with a name in `PRIMITIVES`.
-    pub fn parse(name: &str) -> Option<Self> {
-        use Primitive::*;
-        let all = [Box, Sphere, Cylinder, Capsule, Plane, Mesh, Compound];
-        PRIMITIVES.iter().position(|p| *p == name).map(|i| all[i])
-    }
-    /// Returns the primitive's name.
-    pub fn name(self) -> &'static str {
-        PRIMITIVES[self as usize]
     }
 }
 

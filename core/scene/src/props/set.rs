@@ -9,8 +9,8 @@ use tatu_plugins::texts::label;
 
 use super::{
     super::{
-        Control, Data, Derived, ForceSensor, Joint, JointSolver, JointType, Primitive, Scene, SensorData, Shape, from_euler,
-        pose_from_array,
+        Control, Data, Derived, ForceSensor, Joint, JointSolver, JointType, Primitive, Scene, SensorData, Shape,
+        from_euler, pose_from_array,
         rows::{Change, Row},
     },
     Changed, Drive, lacks, refuse,
