@@ -8,15 +8,6 @@ use rapier3d::math::{Pose, Vector};
 use super::{records::JointRecord, state::Rapier};
 use crate::{BodyId, JointId, JointKind};
 
-/// The order in which weights are summed, and the sums of the current step. Both are derived from the joints and bodies.
-#[derive(Default)]
-pub(super) struct Hanging {
-    /// The joints that close no loop, those farther from the root of their mechanism first.
-    order: Vec<JointId>,
-    /// Mass, kg, and first moment, kg m in the world frame, of each body and of all bodies below it, by body id.
-    sums: Vec<(f64, Vector)>,
-}
-
 impl Rapier {
     /// Sums the weights below all joints, at the current poses.
     pub(super) fn hang(&mut self) {

@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 use tatu_mechanisms::Side;
 
 use super::{
-    hanging::Hanging,
-    records::{BodyRecord, Grips, JointRecord, Measured, Partings, Seen, Tree},
+    records::{BodyRecord, Grips, Hanging, JointRecord, Measured, Partings, Seen, Tree},
     shapes::ShapeCache,
     trees::records::{Crowded, Kept, Load, Mechanism, Touch},
 };

@@ -81,7 +81,9 @@ fn is_idle(j: &Joint) -> bool {
         Control::Position => (j.target_position - j.position).abs() > 1e-6,
         _ => false,
     };
-    j.dynamic && j.id.is_some() && j.max_force == 0.0 && moves && !(j.follow.geared && !j.follow.master.is_empty())
+    // The engine couples a geared joint to its leader.
+    let coupled = j.follow.geared && !j.follow.master.is_empty();
+    j.dynamic && j.id.is_some() && j.max_force == 0.0 && moves && !coupled
 }
 
 fn no_torque(path: &str, j: &Joint) -> String {
