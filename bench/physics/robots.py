@@ -1,45 +1,109 @@
-"""Measures the processor time of a physics step of 5 ms in Tatu and MuJoCo, for robots of public URDF files at rest.
+"""Measures the processor time of a physics step of 5 ms in Tatu and MuJoCo, for robots of public URDF files that stand,
+or hold a pose.
 
     pip install mujoco numpy && pip install --no-deps example-robot-data
     python3 bench/physics/robots.py [PROGRAM ...]
 
 Every PROGRAM is run with both solvers (`reduced`, and `auto`, which chooses trees), alternately with MuJoCo and three
-times. The minimum time of each is used. Joints hold their targets, which are 0 or the nearest position within their
-limits, in MuJoCo by a spring with `kp` = 10 times the torque limit and `kv` equal to the limit.
+times. The minimum time of each is used. Joints start at a pose and hold it, in MuJoCo by a spring with `kp` = 10 times the
+torque limit and `kv` equal to the limit. A robot whose watched link is not at its height at the end, within 5 cm, did
+something else than it should, such as falling over; this is an error, and its time means nothing.
 """
 
+import math
 import re
 import resource
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
+from xml.etree import ElementTree
 
 import mujoco
 
 DT, SECONDS = 0.005, 24.0
 SOLVERS = ("reduced", "auto")
-# File, whether the base floats, height of the root, m.
+# Largest change of the height of the watched link, m.
+WITHIN = 0.05
+
+
+@dataclass
+class Robot:
+    file: str
+    floats: bool
+    height: float  # of the root, m
+    watched: str  # the link whose height is checked
+    pose: dict = field(default_factory=dict)  # positions by the ends of the names of joints, rad; 0 for others
+
+
+def standing(hip, knee):
+    """Returns the pose of a humanoid with level feet. The hips are bent so that its centre of mass is above the ankles:
+    MuJoCo's springs yield, so a robot that leans forward falls."""
+    return {"hip_pitch_joint": hip, "knee_joint": knee, "ankle_pitch_joint": -hip - knee}
+
+
 ROBOTS = {
-    "UR5": ("ur_description/urdf/ur5_robot.urdf", False, 0.0),
-    "xArm7": ("xarm_description/urdf/xarm7.urdf", False, 0.0),
-    "Go1": ("go1_description/urdf/go1.urdf", True, 0.45),
-    "G1": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", True, 0.8),
-    "G1 with hands": ("g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf", True, 0.8),
-    "Talos": ("talos_data/robots/talos_reduced.urdf", True, 1.1),
+    # Both arms are bent forward, so all joints carry weight, and no link is near the floor.
+    "UR5": Robot("ur_description/urdf/ur5_robot.urdf", False, 0.0, "wrist_3_link",
+                 {"shoulder_lift_joint": -1.2, "elbow_joint": 1.0, "wrist_1_joint": -1.4, "wrist_2_joint": -1.57}),
+    "xArm7": Robot("xarm_description/urdf/xarm7.urdf", False, 0.0, "link7",
+                   {"joint2": -0.3, "joint4": 0.9, "joint6": 1.2}),
+    # The pose `standing` of go1.srdf.
+    "Go1": Robot("go1_description/urdf/go1.urdf", True, 0.28, "base",
+                 {"thigh_joint": 0.8, "calf_joint": -1.853}),
+    "G1": Robot("g1_description/urdf/g1_29dof_rev_1_0.urdf", True, 0.785, "pelvis", standing(-0.2, 0.3)),
+    "G1 with hands": Robot("g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf", True, 0.785, "pelvis",
+                           standing(-0.22, 0.3)),
+    # The legs of the pose `half_sitting` of talos.srdf.
+    "Talos": Robot("talos_data/robots/talos_reduced.urdf", True, 1.02, "base_link",
+                   {"leg_left_3_joint": -0.411354, "leg_left_4_joint": 0.859395, "leg_left_5_joint": -0.448041,
+                    "leg_right_3_joint": -0.411354, "leg_right_4_joint": 0.859395, "leg_right_5_joint": -0.448041}),
 }
+
+
+class Fallen(Exception):
+    pass
+
+
+def check(who, start, end):
+    if not abs(end - start) <= WITHIN:
+        raise Fallen(f"{who}: the watched link ends at a height of {end:.3f} m instead of {start:.3f} m")
+
+
+def position(robot, joint, low, high):
+    """Returns the position at which a joint starts and that it holds: that of the pose, or 0, within its limits."""
+    wanted = next((x for end, x in robot.pose.items() if joint.endswith(end)), 0.0)
+    return min(max(wanted, low), high)
 
 
 def share():
     return sorted(Path(sys.prefix).glob("lib/python3*/site-packages/cmeel.prefix/share"))[0]
 
 
-def tatu(program, solver, file, floats, height):
+def joints(file):
+    """Yields the names and limits of the joints of a URDF file that move by themselves."""
+    for joint in ElementTree.parse(file).getroot().iter("joint"):
+        if joint.get("type") in ("revolute", "continuous", "prismatic") and joint.find("mimic") is None:
+            limit = joint.find("limit")
+            range_of = (float(limit.get("lower", 0)), float(limit.get("upper", 0))) if limit is not None else (0, 0)
+            unlimited = joint.get("type") == "continuous"
+            yield joint.get("name"), *((-math.inf, math.inf) if unlimited else range_of), joint.get("type")
+
+
+def tatu(program, solver, file, robot, expected):
     """Returns the time of a step, µs, from the difference of two runs, which excludes the time to load the scene."""
+    # The body of the root link has the name of the robot.
+    link = ElementTree.parse(file).getroot().get("name") if robot.floats else robot.watched
+    held = "".join(
+        f'"{name}.{key}_{"m" if kind == "prismatic" else "rad"}" = {float(position(robot, name, low, high))}\n'
+        for name, low, high, kind in joints(file) for key in ("joint_position", "target_position"))
     scene = f"""format = 1
 [scene]
 joint_solver = "{solver}"
+[set]
+{held}
 [[object]]
 kind = "shape"
 alias = "floor"
@@ -47,10 +111,15 @@ primitive = "plane"
 respondable = true
 [[import]]
 file = "{file}"
-position_m = [0, 0, {height}]
+position_m = [0, 0, {robot.height}]
 package_root = "{share()}"
-fixed_base = {str(not floats).lower()}
+fixed_base = {str(not robot.floats).lower()}
 motors = "position"
+[[object]]
+kind = "dummy"
+alias = "measure"
+[object.script]
+text = "function sysCall_cleanup() print('height', sim.getObjectPosition(sim.getObjectHandle('{link}'), -1)[3]) end"
 """
     spent = []
     with tempfile.TemporaryDirectory() as folder:
@@ -59,12 +128,14 @@ motors = "position"
             run = [program, "run", str(Path(folder, "s.toml")), "--json", "--threads", "1", "--seconds", str(seconds)]
             before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
             # Tatu reads meshes only in the working directory and its subdirectories.
-            subprocess.run(run, cwd=share(), check=True, capture_output=True)
+            done = subprocess.run(run, cwd=share(), check=True, capture_output=True, text=True)
+            check(f"Tatu, {solver}", expected, float(re.search(r"height\s+(\S+)", done.stderr)[1]))
             spent.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
     return (spent[1] - spent[0]) / (SECONDS * 3 / 4 / DT) * 1e6
 
 
-def of_mujoco(file, floats, height):
+def of_mujoco(file, robot):
+    """Returns the time of a step, µs, and the height of the watched link at the start, m."""
     text = Path(file).read_text()
     for tag in ("gazebo", "transmission"):
         text = re.sub(rf"<{tag}\b[^>]*/>", "", text)
@@ -79,12 +150,13 @@ def of_mujoco(file, floats, height):
     spec.option.timestep = DT
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
-    spec.worldbody.first_body().pos[2] += height
+    spec.worldbody.first_body().pos[2] += robot.height
     # Links of one robot pass through each other, as in Tatu.
     for geom in spec.geoms:
         plane = geom.type == mujoco.mjtGeom.mjGEOM_PLANE
         geom.contype, geom.conaffinity = (1, 2) if plane else (2, 1)
-    if floats:
+    root = spec.worldbody.first_body().name
+    if robot.floats:
         spec.worldbody.first_body().add_freejoint()
     held = {}
     for joint in spec.joints:
@@ -95,16 +167,26 @@ def of_mujoco(file, floats, height):
         motor.set_to_position(kp=10 * limit, kv=limit)
         motor.forcerange, motor.forcelimited = [-limit, limit], 1
         low, high = joint.range
-        held[joint.name] = min(max(0.0, low), high) if high > low else 0.0
+        low, high = (low, high) if high > low else (-math.inf, math.inf)
+        held[joint.name] = position(robot, joint.name, low, high)
     model = spec.compile()
     data = mujoco.MjData(model)
     for i in range(model.nu):
-        data.ctrl[i] = held[model.actuator(i).name]
+        name = model.actuator(i).name
+        data.ctrl[i] = data.joint(name).qpos[0] = held[name]
+    mujoco.mj_forward(model, data)
+    watched = data.body(root if robot.floats else robot.watched)
+    start = float(watched.xpos[2])
     half = round(SECONDS / 2 / DT)
     mujoco.mj_step(model, data, half)
     before = time.process_time()
     mujoco.mj_step(model, data, half)
-    return (time.process_time() - before) / half * 1e6
+    spent = time.process_time() - before
+    # MuJoCo resets a simulation that has become infinite, and goes on.
+    if any(w.number for w in data.warning):
+        raise Fallen("MuJoCo: the simulation became unstable")
+    check("MuJoCo", start, float(watched.xpos[2]))
+    return spent / half * 1e6, start
 
 
 def main():
@@ -114,11 +196,12 @@ def main():
     names = [f"{p if len(programs) > 1 else 'Tatu'}, {s}" for p, s in runs]
     print("| robot | MuJoCo, µs |", " | ".join(f"{name}, µs | ratio" for name in names), "|")
     print("|---|---:|" + "---:|---:|" * len(runs))
-    for name, (file, floats, height) in ROBOTS.items():
-        file = share() / "example-robot-data/robots" / file
+    for name, robot in ROBOTS.items():
+        file = share() / "example-robot-data/robots" / robot.file
         times = []
         for _ in range(3):
-            times.append([of_mujoco(file, floats, height), *(tatu(*r, file, floats, height) for r in runs)])
+            peer, start = of_mujoco(file, robot)
+            times.append([peer, *(tatu(*r, file, robot, start) for r in runs)])
         peer, *own = [min(column) for column in zip(*times)]
         print(f"| {name} | {peer:.1f} |", " | ".join(f"{t:.1f} | {peer / t:.3f}" for t in own), "|")
 

@@ -112,3 +112,68 @@ fn a_loop_that_cannot_close_is_told() {
     let err = Place::scene(&turned).run(&["--steps", "1"]).good().err;
     assert!(err.contains(wanted), "expected the warning at the start of the run: {err}");
 }
+
+fn slider(alias: &str, keys: &str, shape: &str) -> String {
+    joint("j", "/base", keys) + &body(alias, "/base/j", "box", [0.1; 3], 1.0, shape)
+}
+
+/// Returns what `run` says at the end of a second.
+fn said(scene: &str) -> String {
+    scene_of(scene).run(&["--seconds", "1"]).good().err
+}
+
+/// A mechanism has one solver: that of its first shape, or of the only other shape that asks for one. What is not used
+/// is named, by `check` and `run`.
+#[test]
+fn a_solver_that_is_not_used_is_named() {
+    let used = |scene: &str| {
+        let json = scene_of(scene).tatu(&["check", "scene.toml", "--json"]).good().json();
+        json["mechanisms"].to_string()
+    };
+    let alone = base([0.0; 3]) + &slider("l", "", "joint_solver = \"reduced\"");
+    assert!(used(&alone).contains("reduced: its own joint_solver"), "{}", used(&alone));
+    assert!(!told(&alone).contains("not used"));
+    let other = base([0.0; 3]).replacen("alias", "joint_solver = \"tree\"\nalias", 1)
+        + &slider("l", "", "joint_solver = \"reduced\"");
+    for text in [told(&other), said(&other)] {
+        let wanted =
+            "`/base/j/l`: its `joint_solver` is not used, because a mechanism has one solver, and `/base` sets";
+        assert_eq!(text.matches(wanted).count(), 1, "{text}");
+    }
+    assert!(used(&other).contains("tree: its own joint_solver"));
+}
+
+/// A dynamic shape below a kinematic joint is not held by it.
+#[test]
+fn a_dynamic_shape_below_a_kinematic_joint_is_told_once() {
+    let scene = base([0.0; 3]) + &slider("l", "mode = \"kinematic\"", "");
+    for text in [told(&scene), said(&scene)] {
+        assert_eq!(
+            text.matches("`/base/j/l`: it is dynamic, but the joint above it is kinematic").count(),
+            1,
+            "{text}"
+        );
+    }
+    assert!(!told(&(base([0.0; 3]) + &slider("l", "", ""))).contains("kinematic"));
+}
+
+/// A target of a motor without torque has no effect, whether a file or a script sets it.
+#[test]
+fn a_target_without_torque_is_told_once() {
+    let wanted = "the target of the joint /base/j has no effect, because its motor has no torque: set `max_force_nm`";
+    for control in ["velocity", "position"] {
+        let keys = format!("control = \"{control}\"\n");
+        let target = if control == "velocity" { "target_velocity_rad_s = 1.0" } else { "target_position_deg = 10.0" };
+        let text = said(&(base([0.0; 3]) + &slider("l", &(keys.clone() + target), "")));
+        assert_eq!(text.matches(wanted).count(), 1, "{text}");
+        let name = if control == "velocity" { "Velocity" } else { "Position" };
+        let hand = watcher(
+            "hand",
+            &format!("function sysCall_actuation() sim.setJointTarget{name}(sim.getObject('/base/j'), 1) end"),
+        );
+        let text = said(&(base([0.0; 3]) + &slider("l", &keys, "") + &hand));
+        assert_eq!(text.matches(wanted).count(), 1, "{text}");
+        let text = said(&(base([0.0; 3]) + &slider("l", &(keys + "max_force_nm = 1.0\n" + target), "") + &hand));
+        assert!(!text.contains("no effect"), "{text}");
+    }
+}

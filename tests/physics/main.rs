@@ -17,6 +17,8 @@ mod checks;
 mod contacts;
 mod flight;
 mod grippers;
+mod links;
+mod masses;
 mod mechanisms;
 mod overlaps;
 mod parts;

@@ -14,6 +14,7 @@ mod kit;
 mod arms;
 mod contacts;
 mod grippers;
+mod links;
 mod mechanisms;
 mod overlaps;
 mod parts;

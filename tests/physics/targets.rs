@@ -52,6 +52,119 @@ fn one_physics_step_in_a_scene_step_is_as_before() {
     assert_eq!(peak("dt_s = 0.005\n", ""), peak("dt_s = 0.005\n", "smooth_target = false\n"));
 }
 
+/// A joint lags behind a sine of 0.5 Hz by one and a half steps of the scene (the target is set before the step that
+/// follows it, and the spline is half a step behind), however fast it is; at most 80 ms at the default step.
+#[test]
+fn a_sine_is_followed_within_80_ms() {
+    let omega = std::f64::consts::PI;
+    for (keys, lag) in [
+        ("", 0.075),
+        // The target's velocity as a second input leaves the delay of the target, which jumps once per step.
+        ("smooth_target = false\ngains = [20.0, 0.0, 0.0]\n", 0.075),
+        ("smooth_target = false\ngains = [20.0, 0.0, 0.0]\nforward = true\n", 0.025),
+    ] {
+        let forward = keys.contains("forward");
+        let drive = "control = \"position\"\nmax_force_nm = 500.0\n".to_owned() + &keys.replace("forward = true\n", "");
+        let velocity = "sim.setJointTargetVelocity(j, 0.5 * math.pi * math.cos(math.pi * sim.getSimulationTime()))";
+        let hand = watcher(
+            "hand",
+            &format!(
+                "function sysCall_init() j = sim.getObject('/base/j') end
+                function sysCall_actuation()
+                    sim.setJointTargetPosition(j, 0.5 * math.sin(math.pi * sim.getSimulationTime()))
+                    {}
+                end",
+                if forward { velocity } else { "" }
+            ),
+        );
+        let scene = base([0.0; 3])
+            + &joint("j", "/base", &(drive + &about_y([0.0; 3])))
+            + &body("bob", "/base/j", "box", [0.1; 3], 1.0, "world_pose = [0.2, 0, 0, 0, 0, 0, 1]")
+            + &hand;
+        let lines = watch_run(&scene, &["/base/j"], 10.0);
+        // The phase of the fundamental over whole periods, after the start.
+        let (mut a, mut b) = (0.0, 0.0);
+        for line in lines.iter().filter(|l| l.time() > 2.0 + 1e-9) {
+            let (s, c) = (omega * line.time()).sin_cos();
+            let x = of_joint(line, "/base/j", "position");
+            (a, b) = (a + x * s, b + x * c);
+        }
+        let measured = -b.atan2(a) / omega;
+        near(keys, measured, lag, 0.004);
+        assert!(measured <= 0.08);
+    }
+}
+
+/// A slider presses a block against a wall: its position control pushes as its gains ask, in proportion to the error up
+/// to 0.1 mm, where it reaches its full force.
+#[test]
+fn a_blocked_position_drive_pushes_in_proportion_to_its_error() {
+    let scene = |error: f64, more: &str| {
+        let slide = format!(
+            "type = \"prismatic\"\norientation_deg = [0, 90, 0]\ncontrol = \"position\"\nmax_force_n = 2000.0\n\
+             target_position_m = {error:?}\n{more}"
+        );
+        let wall = "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [0.1, 1, 1]\nposition_m = [0.3, 0, 0]\n\
+                    respondable = true\n";
+        let cart = placed([0.2, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0) + "\nrespondable = true";
+        "gravity_m_s2 = [0, 0, 0]\n".to_owned()
+            + &base([-0.5, 0.0, 0.0])
+            + &joint("j", "/base", &slide)
+            + &body("cart", "/base/j", "box", [0.1; 3], 1.0, &cart)
+            + wall
+    };
+    // The wall yields a few micrometres, so the error is that which remains.
+    for error in [4e-6, 2e-5, 6e-5] {
+        let lines = watch_run(&scene(error, ""), &["/base/j"], 2.0);
+        let end = &lines[lines.len() - 1];
+        let left = error - of_joint(end, "/base/j", "position");
+        let force = of_joint(end, "/base/j", "effort");
+        near("force", force, 2000.0 * left / 1e-4, 2.0);
+        assert!(force < 2000.0 * error / 1e-4 + 2.0, "{force}");
+    }
+    let lines = watch_run(&scene(0.01, ""), &["/base/j"], 2.0);
+    near("limit", of_joint(&lines[lines.len() - 1], "/base/j", "effort"), 2000.0, 1.0);
+}
+
+/// The integral does not grow while a wall blocks the drive at its limit: when the target returns, so does the joint, at
+/// once, as P alone would.
+#[test]
+fn the_integral_does_not_wind_up_at_the_limit() {
+    let run = |i: f64| {
+        let slide = format!(
+            "type = \"prismatic\"\norientation_deg = [0, 90, 0]\ncontrol = \"position\"\nmax_force_n = 100.0\n\
+             gains = [4.0, {i:?}, 0.0]\nsmooth_target = false\ntarget_position_m = 0.1"
+        );
+        let wall = "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [0.1, 1, 1]\nposition_m = [0.3, 0, 0]\n\
+                    respondable = true\n";
+        let cart = placed([0.2, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0) + "\nrespondable = true";
+        let hand = watcher(
+            "hand",
+            "function sysCall_actuation()
+                if sim.getSimulationTime() > 4.99 then sim.setJointTargetPosition(sim.getObject('/base/j'), -0.1) end
+            end",
+        );
+        let scene = "gravity_m_s2 = [0, 0, 0]\n".to_owned()
+            + &base([-0.5, 0.0, 0.0])
+            + &joint("j", "/base", &slide)
+            + &body("cart", "/base/j", "box", [0.1; 3], 1.0, &cart)
+            + wall
+            + &hand;
+        let lines = watch_run(&scene, &["/base/j"], 5.5);
+        of_joint(&lines[lines.len() - 1], "/base/j", "position")
+    };
+    // x = -0.1 (1 - exp(-4 t)) after half a second
+    let alone = run(0.0);
+    near("P", alone, -0.1 * (1.0 - (-2.0f64).exp()), 1e-3);
+    // With I, in continuous time: x'' + 4 x' + 2 x = -0.2 from rest at the start of the return, where x' = -0.4.
+    let (root, t) = (2.0f64.sqrt(), 0.5);
+    let (fast, slow) = (-2.0 - root, -2.0 + root);
+    // x + 0.1 = a exp(fast t) + b exp(slow t), with x(0) = 0 and x'(0) = -0.4
+    let a = (-0.4 - 0.1 * slow) / (fast - slow);
+    let exact = -0.1 + a * (fast * t).exp() + (0.1 - a) * (slow * t).exp();
+    near("P and I", run(2.0), exact, 2e-3);
+}
+
 /// Targets that a script sets between physics steps take effect immediately.
 #[test]
 fn targets_between_physics_steps_are_taken_as_they_come() {

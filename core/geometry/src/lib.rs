@@ -4,6 +4,7 @@
 //! z.
 
 mod form;
+mod moments;
 mod texture;
 
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 
 pub use form::{Form, Mesh};
+pub use moments::{Moments, steiner};
 pub use texture::{BLENDS, Blend, Image, MAPPINGS, MOST_PIXELS, Mapping, Projection, Texture};
 
 /// A form and its pose in the frame of the object to which it belongs.

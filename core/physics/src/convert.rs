@@ -1,10 +1,11 @@
 //! Conversions between nalgebra, which the interface uses, and glam, which rapier uses.
 
-use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::{
     dynamics::MassProperties,
     geometry::{SharedShape, TriMeshFlags},
     math::{Matrix, Pose, Rotation, Vector},
+    parry::transformation::try_convex_hull,
 };
 use tatu_geometry::{Form, Mesh};
 
@@ -75,6 +76,14 @@ pub(crate) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
 fn y_to_z() -> Pose {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     Pose { translation: Vector::ZERO, rotation: Rotation::from_xyzw(half, 0.0, 0.0, half) }
+}
+
+/// Returns the convex hull of a mesh's points, or `None` if they have none, because they lie in a plane or are too few.
+pub fn hull(mesh: &Mesh) -> Option<Mesh> {
+    let points: Vec<Vector> = mesh.vertices.iter().map(|v| vector(&v.coords)).collect();
+    let (points, triangles) = try_convex_hull(&points).ok()?;
+    let vertices = points.into_iter().map(|p| Point3::from(vector_back(p))).collect();
+    Some(Mesh { vertices, triangles, coordinates: Vec::new() })
 }
 
 fn mesh_shape(mesh: &Mesh, convex: bool) -> Option<SharedShape> {

@@ -13,7 +13,8 @@ use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 pub use closest::closest;
-pub use rapier::Rapier;
+pub use convert::hull;
+pub use rapier::{Rapier, SETTLE_TIME};
 use tatu_geometry::Part;
 
 /// The id of a body, from 0, in order of creation.

@@ -9,19 +9,20 @@
 //!
 //! `tuning` defines the parameters of the solver. `state` is the engine's complete state, `records` its data for each
 //! body and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
-//! updates their drives, `hold` keeps stopped motors in place, `reduced` implements joints in reduced coordinates, `gears` couples joints, `load` computes
-//! their loads, `respond` decides which bodies collide, `grip` implements anisotropic and rolling friction, `overlap`
-//! separates bodies that were created overlapping, `narrow` finds contacts of hulls and meshes, `curved` lets cylinders
-//! roll, `report` reads contacts, `velocity`
-//! computes velocities, `spin` integrates gyroscopic motion, `trees` solves mechanisms without rapier, `sleep` decides
-//! which bodies can sleep, `turns` counts whole turns, `push` applies forces for a single step, and `snapshot` saves
-//! and restores the state.
+//! updates their drives, `hold` keeps stopped motors in place, `hanging` sums the weight below them, `reduced` implements
+//! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `respond` decides which bodies
+//! collide, `grip` implements anisotropic and rolling friction, `overlap` separates bodies that were created
+//! overlapping, `narrow` finds contacts of hulls and meshes, `curved` lets cylinders roll, `report` reads contacts,
+//! `velocity` computes velocities, `spin` integrates gyroscopic motion, `trees` solves mechanisms without rapier,
+//! `sleep` decides which bodies can sleep, `turns` counts whole turns, `push` applies forces for a single step, and
+//! `snapshot` saves and restores the state.
 
 mod bodies;
 mod curved;
 mod drives;
 mod gears;
 mod grip;
+mod hanging;
 mod hold;
 mod joints;
 mod load;
@@ -55,6 +56,7 @@ use respond::PairFilter;
 use shapes::ShapeCache;
 pub use state::Rapier;
 use state::{Tables, finite, mark};
+pub use tuning::SETTLE_TIME;
 use tuning::{CONTACT_SHARE, CONTACT_SOFTNESS, STATIC_CONTACT_SOFTNESS, UNEVEN};
 
 use super::{

@@ -46,7 +46,7 @@ pub(super) fn has_special_surface(scene: &Scene, slot: u32) -> bool {
 }
 
 /// Returns whether an object can be moved by one of its ancestors, that is by a joint or a dynamic shape.
-fn is_carried(scene: &Scene, slot: u32) -> bool {
+pub(super) fn is_carried(scene: &Scene, slot: u32) -> bool {
     let mut at = scene.get(slot).map_or(0, |o| o.parent);
     while let Some(o) = scene.get(at) {
         if matches!(&o.data, Data::Joint(_)) || o.shape().is_some_and(|s| s.dynamic) {

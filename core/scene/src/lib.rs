@@ -7,10 +7,11 @@
 //! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting poses;
 //! - [`rows`]: the table of the core's properties; `props`: reading and setting properties;
 //! - [`folders`]: folders below which files are opened;
-//! - `forms`: the solids of a shape; `drive`: the wheel drive of a robot; `texture`: images on shapes;
+//! - `forms`: the solids of a shape; `matter`: their mass, centre of mass and inertia at uniform density; `drive`: the
+//!   wheel drive of a robot; `texture`: images on shapes;
 //! - `dynamics`: bodies and joints of the engine; `body_rules`: rules for their creation from objects; `mechanisms`:
 //!   the choice of solver for the joints of a mechanism; `closing`: whether loops can be closed; `mechanics`: checks of
-//!   a scene's mechanics.
+//!   a scene's mechanics; `notices`: warnings that are given once.
 
 mod body_rules;
 mod closing;
@@ -20,12 +21,14 @@ mod dynamics;
 pub mod folders;
 mod forms;
 pub mod graph;
+mod matter;
 mod mechanics;
 mod mechanisms;
 mod moves;
 mod name_index;
 mod names;
 pub mod noise;
+mod notices;
 mod object;
 mod poses;
 mod props;
@@ -37,14 +40,15 @@ mod tree;
 pub use document::{FRICTION_RULES, FrictionPair};
 pub use drive::Drive;
 pub use dynamics::{AfterStep, Dynamics, Hooks, mass_props};
-pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
+pub use forms::{collision_parts, is_endless, visible_parts};
+pub use matter::{centre_of_mass, inertia, mass, uniform_inertia};
 pub use mechanics::mechanics;
 pub use mechanisms::solvers;
 pub use moves::Moves;
 pub use names::{ALIAS, is_alias};
 pub use object::{
-    ActuatorData, Body, Camera, Control, Course, Data, Follow, ForceSensor, Joint, JointSolver, JointType, Light,
-    LightForm, Object, Path, Primitive, SensorData, SensorTargets, Shape, ShapePart,
+    ActuatorData, Body, Camera, Control, Course, Data, Derived, Follow, ForceSensor, Joint, JointSolver, JointType,
+    Light, LightForm, Object, Path, Primitive, SensorData, SensorTargets, Shape, ShapePart,
 };
 pub use props::{Changed, get, numbers, set, set_numbers};
 pub use props::{is_drive, notes, notes_value, part_images, part_meshes};

@@ -10,8 +10,9 @@ use tatu_physics::Motion;
 use super::{
     Scene, Shape,
     body_rules::{motion_of, tie_of},
-    default_inertia, default_mass,
+    centre_of_mass,
     document::Settings,
+    mass, uniform_inertia,
 };
 
 /// Mass ratio of two bodies that a joint connects, up to which joints and contacts have been tested.
@@ -70,10 +71,6 @@ fn broken_drives(scene: &Scene) -> Vec<String> {
     found
 }
 
-fn mass(shape: &Shape) -> f64 {
-    shape.mass.unwrap_or_else(|| default_mass(shape))
-}
-
 /// Returns why a body's inertia is impossible, or `None` if it is possible: all principal moments must be positive, and
 /// none can exceed the sum of the other two.
 fn impossible(shape: &Shape) -> Option<String> {
@@ -81,7 +78,7 @@ fn impossible(shape: &Shape) -> Option<String> {
     let mut moments: Vec<f64> = inertia.symmetric_eigenvalues().iter().copied().collect();
     moments.sort_unstable_by(f64::total_cmp);
     let [a, b, c] = moments.as_slice() else { return None };
-    let even = default_inertia(shape, mass(shape)).diagonal();
+    let even = uniform_inertia(shape, mass(shape)).diagonal();
     let help = format!("a homogeneous body of its size and mass has {:.3e}, {:.3e}, {:.3e}", even.x, even.y, even.z);
     if *a <= 0.0 {
         return Some(format!("a moment of inertia is {a:.3e} kg m^2, but must be above 0; {help}"));
@@ -146,7 +143,7 @@ fn weak_grippers(scene: &Scene, settings: &Settings) -> Vec<String> {
         let Some(axis) = way.try_normalize(1e-9) else { continue };
         for (slot, object) in scene.slots() {
             let Some(held) = object.shape().filter(|s| s.dynamic && s.respondable) else { continue };
-            let centre = scene.world(slot) * Point3::from(held.com);
+            let centre = scene.world(slot) * Point3::from(centre_of_mass(held));
             let off = centre.coords - middle;
             let aside = (off - axis * off.dot(&axis)).norm();
             let between = off.dot(&axis).abs() < way.norm() / 2.0 && aside < held.size.norm() / 2.0;

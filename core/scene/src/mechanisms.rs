@@ -13,7 +13,7 @@ use tatu_physics::{JointForm, Motion};
 use super::{
     Control, Data, JointSolver, JointType, Scene,
     body_rules::{has_special_surface, motion_of, tie_of},
-    dynamics,
+    centre_of_mass, dynamics,
 };
 
 /// Maximum distance of a wheel's centre of mass from its axis, m.
@@ -32,19 +32,30 @@ struct Forms {
     ties: BTreeMap<u32, (u32, u32)>,
     /// The form in which the joints of each mechanism are solved, with the reason for the choice, by the root shape.
     of_root: BTreeMap<u32, (JointForm, &'static str)>,
+    /// The shapes whose own choice of solver differs from that used for their mechanism, with the shape that made that
+    /// choice.
+    unused: Vec<(u32, u32)>,
 }
 
-/// Returns the form in which each joint and force sensor is solved, by the shape below it.
-pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
-    let Forms { ties, of_root } = choose(scene);
+/// The solvers of all mechanisms, for the engine.
+pub(super) struct Solvers {
+    /// The form in which each joint and force sensor is solved, by the shape below it.
+    pub forms: BTreeMap<u32, JointForm>,
+    /// The shapes whose own choice of solver is not used, with the shape of the same mechanism whose choice is.
+    pub unused: Vec<(u32, u32)>,
+}
+
+/// Returns the solvers of all mechanisms.
+pub(super) fn chosen(scene: &Scene) -> Solvers {
+    let Forms { ties, of_root, unused } = choose(scene);
     let of = |child: u32| of_root.get(&root(&ties, child).0).map(|(form, _)| *form).unwrap_or_default();
-    ties.keys().map(|child| (*child, of(*child))).collect()
+    Solvers { forms: ties.keys().map(|child| (*child, of(*child))).collect(), unused }
 }
 
 /// Returns the solver of the mechanism that a shape belongs to, and the reason for the choice, or an empty string if
 /// the shape does not belong to a mechanism.
 pub(crate) fn solver_used(scene: &Scene, slot: u32) -> String {
-    let Forms { ties, of_root } = choose(scene);
+    let Forms { ties, of_root, .. } = choose(scene);
     of_root.get(&root(&ties, slot).0).map_or_else(String::new, described)
 }
 
@@ -78,9 +89,23 @@ fn choose(scene: &Scene) -> Forms {
         let wheels = light.entry(root).or_insert(true);
         *wheels &= depth <= DEEPEST && is_light(scene, *tie, *child, !leads.contains(child));
     }
+    let asked = |slot: u32| scene.get(slot).and_then(|o| o.shape()).map(|s| s.joint_solver).unwrap_or_default();
+    let roots: BTreeMap<u32, u32> = ties.keys().map(|child| (*child, root(&ties, *child).0)).collect();
+    // The choice of the first shape applies, or of the shape with the lowest slot among those below it that made one.
+    let mut chosen: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut unused = Vec::new();
+    for (slot, root) in roots.values().map(|r| (*r, *r)).collect::<BTreeMap<_, _>>().into_iter().chain(roots) {
+        if asked(slot) == JointSolver::Auto {
+            continue;
+        }
+        let first = *chosen.entry(root).or_insert(slot);
+        if asked(first) != asked(slot) {
+            unused.push((slot, first));
+        }
+    }
     let unfit = unfit_for_trees(scene, &ties);
     for (root, vehicle) in light {
-        let own = scene.get(root).and_then(|o| o.shape()).map(|s| s.joint_solver).unwrap_or_default();
+        let own = chosen.get(&root).map_or(JointSolver::Auto, |slot| asked(*slot));
         let moves = motion_of(scene, root);
         let tree = |why: &'static str| match unfit.get(&root) {
             Some(unfit) => (JointForm::Reduced, *unfit),
@@ -102,7 +127,7 @@ fn choose(scene: &Scene) -> Forms {
         };
         of_root.insert(root, choice);
     }
-    Forms { ties, of_root }
+    Forms { ties, of_root, unused }
 }
 
 /// Returns the root shapes of mechanisms that cannot be solved as trees of links, with the reason. Loops require
@@ -150,11 +175,8 @@ fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
         let axis = scene.world(tie).rotation * nalgebra::Vector3::z();
         return j.control == Control::Free || axis.z.abs() > UPRIGHT;
     }
-    let Some(com) =
-        scene.get(child).and_then(|o| o.shape()).map(|s| scene.world(child) * nalgebra::Point3::from(s.com))
-    else {
-        return false;
-    };
+    let Some(shape) = scene.get(child).and_then(|o| o.shape()) else { return false };
+    let com = scene.world(child) * nalgebra::Point3::from(centre_of_mass(shape));
     let local = scene.world(tie).inverse_transform_point(&com);
     libm::hypot(local.x, local.y) <= CENTRED
 }

@@ -25,4 +25,5 @@ mod stand_ins;
 mod stores;
 mod talk;
 mod threads;
+mod velocities;
 mod windows;

@@ -67,19 +67,27 @@ impl Rapier {
         self.tables.changed = changed;
     }
 
-    /// Updates the velocities of position drives for the next step.
+    /// Updates the velocities of position drives for the next step, including that which makes them carry the weight that
+    /// hangs on them.
     pub(super) fn update_positions(&mut self) {
         let dt = self.world.integration_parameters.dt;
         let mut positioned = std::mem::take(&mut self.tables.positioned);
+        if !positioned.is_empty() {
+            self.hang();
+        }
         positioned.retain(|id| {
             let Some(record) = &self.tables.joints[id.0 as usize] else {
                 return false;
             };
-            if !matches!(record.drive, Drive::Position { .. }) {
-                return false;
-            }
+            let Drive::Position { max_force, tracking, .. } = record.drive else { return false };
+            let integrates = tracking.is_some_and(|t| t.i != 0.0);
+            let effort = if integrates { self.joint_state(*id).effort } else { 0.0 };
+            let pressed = if effort.abs() >= AT_LIMIT * max_force { effort.signum() } else { 0.0 };
             let (frame_a, frame_b) = self.joint_frames(record);
-            let (pursuit, memory) = joints::pursue(record, record.position(&frame_a, &frame_b), dt);
+            let (pursuit, memory) = joints::pursue(record, record.position(&frame_a, &frame_b), dt, pressed);
+            // A motor that misses this speed exerts the force that carries the weight.
+            let lift = self.carrying_force(record, &frame_a) / joints::position_damping(max_force);
+            let pursuit = pursuit + lift.clamp(-tuning::FULL_FORCE_AT, tuning::FULL_FORCE_AT);
             if let Some(record) = self.tables.joints[id.0 as usize].as_mut() {
                 record.memory = memory;
                 if record.pursuit != pursuit {

@@ -9,7 +9,7 @@ use rapier3d::{
 
 use super::{
     records::{JointRecord, Memory},
-    tuning::{JOINT_SOFTNESS, MOST_ITERATIONS, MOTOR_DAMPING, NEVER_REACHED, SETTLE_TIME},
+    tuning::{FULL_FORCE_AT, JOINT_SOFTNESS, MOST_ITERATIONS, MOTOR_DAMPING, NEVER_REACHED, SETTLE_TIME},
 };
 use tatu_geometry::wrap_angle;
 
@@ -111,7 +111,9 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         // The same force acts on both bodies along the axis, which is updated in each sub-step.
         Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
         // Rapier's own spring is not used, because its speed would depend on the number of sub-steps.
-        Drive::Position { max_force, .. } => motor(record.pursuit, max_force),
+        Drive::Position { max_force, .. } => {
+            JointMotor { damping: position_damping(max_force), ..motor(record.pursuit, max_force) }
+        }
     };
     let motor = match record.passive.no_load_speed > 0.0 {
         true => weakened(motor, record),
@@ -119,6 +121,11 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
     };
     joint.motor_axes |= axis.into();
     joint.motors[axis as usize] = motor;
+}
+
+/// Returns the force of a position drive per unit of the speed that it misses, N s/m or N m s/rad.
+pub(super) fn position_damping(max_force: f64) -> f64 {
+    (max_force / FULL_FORCE_AT).min(MOTOR_DAMPING)
 }
 
 /// Returns a motor whose limit falls with its speed. Once the motor has reached the limit, it follows its torque-speed
@@ -189,7 +196,8 @@ pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> 
 }
 
 /// Returns the velocity of a position drive at `position` for the next `dt`, s, and the new memory of its controller.
-pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memory) {
+/// `pressed` is the sign of the drive's force if it was at its limit in the last step, otherwise 0.
+pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64, pressed: f64) -> (f64, Memory) {
     let Drive::Position { target, max_velocity, tracking, .. } = record.drive else {
         return (0.0, Memory::default());
     };
@@ -206,8 +214,10 @@ pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memo
     let change = last.map_or(0.0, |l| (way - l) / dt);
     let wanted = t.p * way + t.i * next + t.d * change + t.velocity;
     let velocity = wanted.clamp(-max_velocity, max_velocity);
-    // The error is not integrated while the velocity is saturated, which prevents windup.
-    let sum = if velocity == wanted { next } else { sum };
+    // The error is not integrated while the velocity or the force is at its limit and the integral would press further,
+    // which prevents windup.
+    let held = velocity != wanted || pressed * t.i * way > 0.0;
+    let sum = if held { sum } else { next };
     (velocity, Memory { sum, last: Some(way) })
 }
 

@@ -174,7 +174,14 @@ impl Rapier {
             if let Some(motor) = joint.motor.and_then(|m| self.world.impulse_joints.get_mut(m, false))
                 && let Some(axis) = record.kind.free_axis()
             {
-                motor.data.motors[axis as usize].max_force = (limit - joint.carried.abs()).min(f64::MAX);
+                let motor = &mut motor.data.motors[axis as usize];
+                motor.max_force = (limit - joint.carried.abs()).min(f64::MAX);
+                // The force of a position drive is a function of its speed, of which the constraint finds the rest.
+                if let Drive::Position { max_force, .. } = record.drive
+                    && record.passive.no_load_speed == 0.0
+                {
+                    motor.target_vel = record.pursuit - joint.carried / joints::position_damping(max_force);
+                }
             }
             if joint.carried == 0.0 {
                 continue;

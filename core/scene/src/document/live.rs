@@ -115,6 +115,8 @@ pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, assets
             (Row::Parts, Data::Shape(s)) => out.extend(parts(s, assets).map(|p| (row, p))),
             (Row::Mass, Data::Shape(s)) if s.mass.is_none() => {}
             (Row::Inertia, Data::Shape(s)) if s.inertia.is_none() => {}
+            // A centre of mass at the origin is the default of a new shape, but not of every form.
+            (Row::Com, Data::Shape(s)) => out.extend(s.com.map(|c| (row, Value::Floats(c.as_slice().to_vec())))),
             (Row::Limits, Data::Joint(j)) if j.limits.is_none() => {}
             _ => {
                 let Ok(value) = get(scene, slot, row) else { continue };

@@ -296,7 +296,7 @@ impl Document {
         }
         match last(Row::Mass) {
             Some(Value::Float(mass)) => *mass,
-            _ => crate::forms::default_mass(&self.shape(spec)),
+            _ => crate::mass(&self.shape(spec)),
         }
     }
 
@@ -362,6 +362,7 @@ impl Document {
     /// Assigns the meshes and images with the stored numbers to the parts and textures of a shape.
     pub fn fill_parts(&self, scene: &mut Scene, slot: u32) {
         let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
+        shape.derived = crate::Derived::default();
         for part in shape.parts.iter_mut().filter(|p| p.mesh_number > 0) {
             part.mesh = self.meshes.get(part.mesh_number as usize - 1).cloned();
         }

@@ -1,11 +1,16 @@
 //! Loops closed by linked dummies: the shapes above two linked dummies are held together so that the dummies coincide
-//! in position and orientation.
+//! in position and orientation. A dummy without a body above it belongs to the world, which an anchor represents: a
+//! body without colliders at the pose of the dummy.
 
-use nalgebra::Isometry3;
-use tatu_physics::{BodyId, JointDesc, JointForm, JointKind, Passive};
+use nalgebra::{Isometry3, Matrix3, Point3};
+use tatu_physics::{BodyDesc, BodyId, JointDesc, JointForm, JointKind, MassProps, Motion, Passive, Respond, Surface};
 
 use super::state::{Dynamics, LoopRecord};
-use crate::{object::Data, tree::Scene};
+use crate::{
+    body_rules::{is_carried, motion_of, top_shape},
+    object::Data,
+    tree::Scene,
+};
 
 /// Returns each pair of linked dummies once, in ascending order of slots.
 pub(crate) fn links(scene: &Scene) -> Vec<(u32, u32)> {
@@ -23,16 +28,16 @@ pub(crate) fn links(scene: &Scene) -> Vec<(u32, u32)> {
     pairs
 }
 
-/// Returns the body of the nearest shape above an object, and the object's pose in the frame of that shape.
-fn carrier(scene: &Scene, slot: u32) -> Option<(BodyId, Isometry3<f64>)> {
-    let mut at = scene.get(slot)?.parent;
+/// Returns the nearest shape above an object that has a body, or 0 for the world.
+fn carrier(scene: &Scene, slot: u32) -> u32 {
+    let mut at = scene.get(slot).map_or(0, |o| o.parent);
     while let Some(o) = scene.get(at) {
-        if let Some(body) = o.shape().and_then(|s| s.body.0) {
-            return Some((body, scene.world(at).inverse() * scene.world(slot)));
+        if motion_of(scene, at).is_some() {
+            return at;
         }
         at = o.parent;
     }
-    None
+    0
 }
 
 impl Scene {
@@ -59,9 +64,13 @@ impl Dynamics {
             let kept = alive(l.bodies.0)
                 && alive(l.bodies.1)
                 && pairs.contains(&l.dummies)
-                && l.versions == (version(l.dummies.0), version(l.dummies.1));
+                && l.versions == (version(l.dummies.0), version(l.dummies.1))
+                && l.carriers == (carrier(scene, l.dummies.0), carrier(scene, l.dummies.1));
             if !kept {
                 engine.remove_joint(l.id);
+                for (body, _) in l.anchors() {
+                    engine.remove_body(body);
+                }
             }
             kept
         });
@@ -70,10 +79,13 @@ impl Dynamics {
     /// Adds joints to the engine for all loops that have none yet.
     pub(super) fn close_loops(&mut self, scene: &Scene) {
         for (one, other) in links(scene) {
-            if self.loops.iter().any(|l| l.dummies == (one, other)) {
+            let carriers = (carrier(scene, one), carrier(scene, other));
+            if self.loops.iter().any(|l| l.dummies == (one, other)) || carriers == (0, 0) {
                 continue;
             }
-            let (Some((a, frame_in_a)), Some((b, frame_in_b))) = (carrier(scene, one), carrier(scene, other)) else {
+            let (Some((a, frame_in_a)), Some((b, frame_in_b))) =
+                (self.held(scene, one, carriers.0), self.held(scene, other, carriers.1))
+            else {
                 continue;
             };
             let desc = JointDesc {
@@ -91,8 +103,52 @@ impl Dynamics {
             let versions = [one, other].map(|slot| scene.get(slot).map_or(0, |o| o.version));
             if let Some(id) = self.engine.add_joint(&desc) {
                 let (versions, dummies) = ((versions[0], versions[1]), (one, other));
-                self.loops.push(LoopRecord { id, dummies, versions, bodies: (a, b) });
+                self.loops.push(LoopRecord { id, dummies, versions, bodies: (a, b), carriers });
             }
         }
+    }
+
+    /// Returns the body of the shape `carrier` above a dummy, or an anchor if it is 0, with the pose of the dummy in
+    /// the frame of this body.
+    fn held(&mut self, scene: &Scene, dummy: u32, carrier: u32) -> Option<(BodyId, Isometry3<f64>)> {
+        if carrier != 0 {
+            let body = scene.get(carrier)?.shape()?.body.0?;
+            return Some((body, scene.world(carrier).inverse() * scene.world(dummy)));
+        }
+        let anchor = BodyDesc {
+            pose: scene.world(dummy),
+            motion: if is_carried(scene, dummy) { Motion::Kinematic } else { Motion::Static },
+            mass: MassProps { mass: 0.0, com: Point3::origin(), inertia: Matrix3::zeros() },
+            linear_velocity: Default::default(),
+            angular_velocity: Default::default(),
+            parts: Vec::new(),
+            friction: 0.0,
+            restitution: 0.0,
+            bullet: false,
+            damping: [0.0; 2],
+            surface: Surface::default(),
+            respond: Respond { mask: 0, tree: top_shape(scene, dummy) },
+        };
+        Some((self.engine.add_body(&anchor), Isometry3::identity()))
+    }
+
+    /// Moves the anchors of dummies that were moved by scripts, or that a joint carries.
+    pub(super) fn move_anchors(&mut self, scene: &Scene) {
+        for l in &self.loops {
+            for (body, dummy) in l.anchors() {
+                let pose = scene.world(dummy);
+                if is_carried(scene, dummy) || self.engine.pose(body) != pose {
+                    self.engine.set_pose(body, &pose);
+                }
+            }
+        }
+    }
+}
+
+impl LoopRecord {
+    /// Returns the anchors of the loop, with the dummies that they represent.
+    fn anchors(&self) -> impl Iterator<Item = (BodyId, u32)> {
+        let ends = [(self.carriers.0, self.bodies.0, self.dummies.0), (self.carriers.1, self.bodies.1, self.dummies.1)];
+        ends.into_iter().filter(|(carrier, _, _)| *carrier == 0).map(|(_, body, dummy)| (body, dummy))
     }
 }

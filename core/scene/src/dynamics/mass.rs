@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::{Matrix3, Point3};
+use nalgebra::Point3;
 use tatu_physics::{MassProps, MaterialPair, Surface};
 
 use crate::{
     document::FrictionPair,
-    forms::{default_inertia, default_mass},
+    matter::{centre_of_mass, inertia, mass},
     object::Shape,
     tree::Scene,
 };
@@ -38,7 +38,5 @@ pub(super) fn surface(scene: &Scene, shape: &Shape) -> Surface {
 
 /// Returns the mass properties of a shape, with defaults filled in.
 pub fn mass_props(shape: &Shape) -> MassProps {
-    let mass = shape.mass.unwrap_or_else(|| default_mass(shape));
-    let inertia = shape.inertia.map_or_else(|| default_inertia(shape, mass), |i| Matrix3::from_row_slice(&i));
-    MassProps { mass, com: Point3::from(shape.com), inertia }
+    MassProps { mass: mass(shape), com: Point3::from(centre_of_mass(shape)), inertia: inertia(shape) }
 }

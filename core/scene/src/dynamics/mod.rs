@@ -3,7 +3,7 @@
 //!
 //! - this module: advancing the engine; `state`: the engine, and the mapping;
 //! - `settle`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by linked
-//!   dummies; `follow`: joints that follow others;
+//!   dummies; `follow`: joints that follow others; `notices`: warnings about the scene;
 //! - `targets`: drives of joints, and smooth position targets; `force_sensors`: measurements of force sensors;
 //! - `pose_writeback`: copies the poses of bodies and the states of joints back to the objects.
 
@@ -11,6 +11,7 @@ mod follow;
 mod force_sensors;
 mod loops;
 mod mass;
+mod notices;
 mod pose_writeback;
 mod settle;
 mod state;
@@ -71,6 +72,7 @@ impl Dynamics {
             }
         }
         self.apply_gears(scene);
+        self.move_anchors(scene);
         for (id, slot) in &self.kinematic {
             if scene.get(*slot).is_some() {
                 self.engine.set_pose(*id, &scene.world(*slot));
@@ -193,6 +195,11 @@ impl Dynamics {
         if let Some(id) = joint.id {
             self.engine.drive(id, drive);
         }
+    }
+
+    /// Returns warnings about the scene that have not been returned before.
+    pub fn take_notices(&mut self) -> Vec<String> {
+        self.notices.take()
     }
 
     /// Returns the dynamic bodies that are faster than 100 m/s or farther than 1 km from their initial positions, as

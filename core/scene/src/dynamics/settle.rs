@@ -39,7 +39,7 @@ impl Dynamics {
             scene.get(b.slot).is_some_and(|o| o.uid == b.uid && o.version == b.version)
                 && motion_of(scene, b.slot) == Some(b.motion)
         };
-        let forms = mechanisms::forms(scene);
+        let mechanisms::Solvers { forms, unused } = mechanisms::chosen(scene);
         let gone: Vec<_> = self.bodies.iter().filter(|b| !kept(b)).map(|b| (b.id, b.slot, b.uid)).collect();
         let dead: BTreeSet<BodyId> = gone.iter().map(|g| g.0).collect();
         let alive = |id: BodyId| !dead.contains(&id);
@@ -54,9 +54,9 @@ impl Dynamics {
         let loose: Vec<_> = self.joints.iter().filter(|j| !tied(j)).map(|j| (j.id, j.tie)).collect();
         let cut: BTreeSet<JointId> = loose.iter().map(|j| j.0).collect();
         self.joints.retain(|j| !cut.contains(&j.id));
-        for (id, tie) in loose {
-            self.engine.remove_joint(id);
-            forget(scene, tie);
+        for (id, tie) in &loose {
+            self.engine.remove_joint(*id);
+            forget(scene, *tie);
         }
         self.loosen_loops(scene, &alive);
         self.bodies.retain(|b| !dead.contains(&b.id));
@@ -81,8 +81,10 @@ impl Dynamics {
                 self.add_tie(scene, slot, forms.get(&slot).copied().unwrap_or_default(), &geared);
             }
         });
+        loose.iter().for_each(|(_, tie)| unload(scene, *tie));
         self.close_loops(scene);
         self.list_kinematic();
+        self.warn(scene, &unused);
     }
 
     fn add_body(&mut self, scene: &mut Scene, slot: u32, twists: &BTreeMap<u32, Twist>) {
@@ -166,6 +168,15 @@ impl Dynamics {
             }
             _ => {}
         }
+    }
+}
+
+/// Clears the state of a joint or force sensor that no longer connects two bodies, and therefore carries no load.
+fn unload(scene: &mut Scene, slot: u32) {
+    match scene.get_mut(slot).map(|o| &mut o.data) {
+        Some(Data::Joint(j)) if j.id.is_none() => (j.velocity, j.effort) = (0.0, 0.0),
+        Some(Data::ForceSensor(f)) if f.id.is_none() => f.unload(),
+        _ => {}
     }
 }
 

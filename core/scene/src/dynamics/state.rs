@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 use tatu_physics::{BodyId, Engine, EngineSettings, JointForm, JointId, Motion, Push, Rapier, Twist};
 
-use crate::{object::Shape, tree::Scene};
+use crate::{notices::Notices, object::Shape, tree::Scene};
 
 /// A body, with the object that it represents and the state of that object when the body was created.
 #[derive(Serialize, Deserialize)]
@@ -67,6 +67,8 @@ pub struct Dynamics {
     pub(super) settings: EngineSettings,
     /// Current length of an engine step, s.
     pub(super) step: f64,
+    /// Warnings about the scene; not part of snapshots.
+    pub(super) notices: Notices,
 }
 
 /// A loop that is closed in the engine.
@@ -76,6 +78,8 @@ pub(super) struct LoopRecord {
     pub(super) dummies: (u32, u32),
     pub(super) versions: (u64, u64),
     pub(super) bodies: (BodyId, BodyId),
+    /// Slots of the shapes that the bodies represent; 0 for an anchor, which belongs to the loop.
+    pub(super) carriers: (u32, u32),
 }
 
 /// An object whose pose depends on the engine's state.
@@ -139,6 +143,7 @@ impl Dynamics {
             force_sensors: Vec::new(),
             settings,
             step: settings.step,
+            notices: Notices::default(),
         }
     }
 
@@ -168,6 +173,7 @@ impl Dynamics {
             force_sensors: _,
             settings,
             step,
+            notices: _,
         } = self;
         let all = (
             engine.snapshot(),

@@ -2,23 +2,39 @@
 //! which consists of several physics steps. If it were applied at once, the joint would jerk and shake the object in a
 //! gripper. Targets are therefore control points of a uniform quadratic B-spline, whose acceleration is the second
 //! difference of the targets. The spline lags by half a scene step, and a single target is reached after two scene
-//! steps. Targets are applied at once if a scene step is a single physics step, or if they are set between physics
+//! steps. Its rate is added to the speed of the drive, which would otherwise lag behind it by its time constant. Targets are applied at once if a scene step is a single physics step, or if they are set between physics
 //! steps.
 
-use tatu_physics::{Drive, Tracking};
+use tatu_physics::{Drive, SETTLE_TIME, Tracking};
 
 use super::{mass::surface, state::Dynamics};
 use crate::{
+    notices::Notice,
     object::{Control, Course, Data, Joint, JointType},
     tree::Scene,
 };
 
-/// Returns the target of position control in a physics step. The target is clamped to the limits, because a target
-/// beyond them would press the joint against the limit permanently and cause jitter.
-fn target_of(j: &Joint, part: u32, steps: u32) -> f64 {
+/// The target of position control in a physics step.
+#[derive(Clone, Copy)]
+struct Target {
+    /// Target position at the end of the physics step, rad or m. It is clamped to the limits, because a target beyond
+    /// them would press the joint against the limit permanently and cause jitter.
+    position: f64,
+    /// Velocity to add to that which the error asks for, rad/s or m/s, so that a joint on a spline does not lag behind
+    /// it.
+    lead: f64,
+}
+
+/// Returns the target of the physics step `part` of `steps`, each of length `step`, s.
+fn target_of(j: &Joint, part: u32, steps: u32, step: f64) -> Target {
     let share = f64::from(part + 1) / f64::from(steps);
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-    j.course.map_or(j.target_position, |c| c.target(share)).max(low).min(high)
+    let wanted = j.course.map_or(j.target_position, |c| c.target(share));
+    let position = wanted.max(low).min(high);
+    let rate = j.course.map_or(0.0, |c| c.rate(share)) / (f64::from(steps) * step);
+    // The error asks for the part of the motion that falls within the physics step.
+    let lead = if position == wanted { rate * (1.0 - step / SETTLE_TIME).max(0.0) } else { 0.0 };
+    Target { position, lead }
 }
 
 /// Returns the drive of a geared joint, derived from the drive of its leader.
@@ -58,6 +74,26 @@ fn is_held(j: &Joint) -> bool {
     matches!(j.control, Control::Velocity | Control::Position)
 }
 
+/// Returns whether a joint has a target to reach, but a motor without torque or force.
+fn is_idle(j: &Joint) -> bool {
+    let moves = match j.control {
+        Control::Velocity => j.target_velocity != 0.0,
+        Control::Position => (j.target_position - j.position).abs() > 1e-6,
+        _ => false,
+    };
+    // The engine couples a geared joint to its leader.
+    let coupled = j.follow.geared && !j.follow.master.is_empty();
+    j.dynamic && j.id.is_some() && j.max_force == 0.0 && moves && !coupled
+}
+
+fn no_torque(path: &str, j: &Joint) -> String {
+    let (key, what) = match j.kind {
+        JointType::Prismatic => ("max_force_n", "force"),
+        _ => ("max_force_nm", "torque"),
+    };
+    format!("the target of the joint {path} has no effect, because its motor has no {what}: set `{key}` above 0")
+}
+
 /// Returns the target position. For a cyclic joint, this is the equivalent angle that is nearest to `from`, which makes
 /// the joint take the shorter path.
 fn near(j: &Joint, from: f64) -> f64 {
@@ -68,15 +104,20 @@ fn near(j: &Joint, from: f64) -> f64 {
     j.target_position
 }
 
-fn drive_of(j: &Joint, target: f64) -> Option<Drive> {
+fn drive_of(j: &Joint, target: Target) -> Option<Drive> {
+    // Without gains of its own, a drive has this gain, and no derivative or integral.
+    let leading = Tracking { p: 1.0 / SETTLE_TIME, i: 0.0, d: 0.0, velocity: target.lead };
     Some(match j.control {
         Control::Free | Control::Spring => Drive::Free,
         Control::Velocity => Drive::Velocity { target: j.target_velocity, max_force: j.max_force.abs(), slip: j.slip },
         Control::Position => Drive::Position {
-            target,
+            target: target.position,
             max_force: j.max_force.abs(),
             max_velocity: j.max_velocity.abs(),
-            tracking: j.gains.map(|[p, i, d]| Tracking { p, i, d, velocity: j.target_velocity }),
+            tracking: match j.gains {
+                Some([p, i, d]) => Some(Tracking { p, i, d, velocity: j.target_velocity }),
+                None => (target.lead != 0.0).then_some(leading),
+            },
         },
         Control::Force => Drive::Force(j.max_force),
         // A script provides the drive in each engine step.
@@ -115,6 +156,12 @@ impl Dynamics {
             if let Some((shape, body)) = scene.get(slot).and_then(|o| o.shape()).and_then(|s| Some((s, s.body.0?))) {
                 self.engine.set_surface(body, surface(scene, shape));
             }
+            if let Some(o) = scene.get(slot)
+                && let Some(j) = o.joint().filter(|j| is_idle(j))
+                && self.notices.is_new(Notice::NoTorque, o.uid)
+            {
+                self.notices.add(no_torque(&scene.path(slot), j));
+            }
             let Some(Data::Joint(j)) = scene.get_mut(slot).map(|o| &mut o.data) else { continue };
             if part > 0 && is_smooth(j) && j.course.is_none_or(|c| near(j, c.points[2]) != c.points[2]) {
                 j.course = Some(Course { direct: true, ..Course::at(j.target_position) });
@@ -139,7 +186,9 @@ impl Dynamics {
         for (slot, leader) in &self.geared {
             let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
             let (Some(j), Some(l)) = (joint(*slot), joint(*leader)) else { continue };
-            let (Some(id), Some(leader_id), Some(drive)) = (j.id, l.id, drive_of(l, target_of(l, part, steps))) else {
+            let (Some(id), Some(leader_id), Some(drive)) =
+                (j.id, l.id, drive_of(l, target_of(l, part, steps, self.step)))
+            else {
                 continue;
             };
             let factor = j.follow.factor;
@@ -186,7 +235,7 @@ impl Dynamics {
 
     fn apply_drive(&mut self, j: &Joint, part: u32, steps: u32) {
         let Some(id) = j.id else { return };
-        let target = target_of(j, part, steps);
+        let target = target_of(j, part, steps, self.step);
         if let Some(drive) = drive_of(j, target) {
             self.engine.drive(id, drive);
             let rest = if j.control == Control::Spring { j.target_position } else { j.passive.rest };

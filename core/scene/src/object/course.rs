@@ -34,4 +34,10 @@ impl Course {
         let rest = 1.0 - share;
         b + 0.5 * (rest * rest * (a - b) + share * share * (c - b))
     }
+
+    /// Returns the rate of the target after a fraction of the scene step, 0 to 1, per scene step.
+    pub(crate) fn rate(&self, share: f64) -> f64 {
+        let [a, b, c] = self.points;
+        (1.0 - share) * (b - a) + share * (c - b)
+    }
 }

@@ -51,6 +51,12 @@ impl Default for ForceSensor {
 }
 
 impl ForceSensor {
+    /// Clears the measurement of a sensor that no longer connects two bodies.
+    pub(crate) fn unload(&mut self) {
+        (self.force, self.torque, self.over) = ([0.0; 3], [0.0; 3], 0);
+        self.last.clear();
+    }
+
     /// Processes the force (N) and torque (N m) of an engine step; returns whether the sensor breaks.
     pub(crate) fn take(&mut self, value: [f64; 6]) -> bool {
         self.last.push_back(value);

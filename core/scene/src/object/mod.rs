@@ -1,7 +1,7 @@
 //! Objects: properties common to all objects, and those of each kind.
 //!
-//! - this module: common properties, shapes, joints and devices; `follow`: joints that follow a leader; `course`:
-//!   position targets;
+//! - this module: common properties, shapes, joints and devices; `primitive`: forms by name; `derived`: what is computed
+//!   from the form of a shape; `follow`: joints that follow a leader; `course`: position targets;
 //! - `force_sensor`: force sensors; `views`: cameras, lights and paths.
 
 use std::{collections::BTreeMap, sync::Arc};
@@ -15,14 +15,19 @@ use tatu_plugin_api::abi::*;
 use crate::{drive::Drive, graph::GraphSpec, noise::NoiseSpec, texture::ShapeTexture};
 
 mod course;
+mod derived;
 mod follow;
 mod force_sensor;
+mod primitive;
 mod views;
 
 pub use course::Course;
+pub use derived::Derived;
+pub(crate) use derived::{Lump, Matter, Solid};
 pub use follow::Follow;
 pub(crate) use follow::is_curve;
 pub use force_sensor::{ForceSensor, MOST_SAMPLES};
+pub use primitive::{PRIMITIVES, Primitive};
 pub use views::{Camera, LIGHT_FORMS, Light, LightForm, Path};
 
 /// An object of the scene. The data that a step needs for a device is at the start of the struct, where it fits in one
@@ -120,35 +125,6 @@ impl Object {
     }
 }
 
-/// The form of a shape or part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named after what they are")]
-pub enum Primitive {
-    Box,
-    Sphere,
-    Cylinder,
-    Capsule,
-    Plane,
-    Mesh,
-    Compound,
-}
-
-/// Names of the primitives, in the order of [`Primitive`].
-pub const PRIMITIVES: &[&str] = &["box", "sphere", "cylinder", "capsule", "plane", "mesh", "compound"];
-
-impl Primitive {
-    /// Returns the primitive with a name in `PRIMITIVES`.
-    pub fn parse(name: &str) -> Option<Self> {
-        use Primitive::*;
-        let all = [Box, Sphere, Cylinder, Capsule, Plane, Mesh, Compound];
-        PRIMITIVES.iter().position(|p| *p == name).map(|i| all[i])
-    }
-    /// Returns the primitive's name.
-    pub fn name(self) -> &'static str {
-        PRIMITIVES[self as usize]
-    }
-}
-
 /// A part of a compound.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShapePart {
@@ -192,7 +168,8 @@ pub struct Shape {
     pub texture: Option<ShapeTexture>,
     pub mass: Option<f64>,
     pub inertia: Option<[f64; 9]>,
-    pub com: Vector3<f64>,
+    /// Centre of mass in the shape's frame, m; `None`: that of the form at uniform density.
+    pub com: Option<Vector3<f64>>,
     pub dynamic: bool,
     pub respondable: bool,
     pub mask: u16,
@@ -218,6 +195,9 @@ pub struct Shape {
     pub collide_as: Option<Primitive>,
     pub collide_size: Vector3<f64>,
     pub body: Body,
+    /// What was computed from the form; not stored in snapshots.
+    #[serde(skip)]
+    pub derived: Derived,
 }
 
 impl Default for Shape {
@@ -232,7 +212,7 @@ impl Default for Shape {
             texture: None,
             mass: None,
             inertia: None,
-            com: Vector3::zeros(),
+            com: None,
             dynamic: false,
             respondable: false,
             mask: 0xFFFF,
@@ -250,6 +230,7 @@ impl Default for Shape {
             collide_as: None,
             collide_size: Vector3::zeros(),
             body: Body(None),
+            derived: Derived::default(),
         }
     }
 }

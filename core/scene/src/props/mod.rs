@@ -6,12 +6,11 @@ mod set;
 mod values;
 mod views;
 
-use nalgebra::Matrix3;
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::{
-    Data, Drive, JointType, Primitive, Scene, Shape, default_inertia, default_mass, mechanisms, pose_to_array,
+    Data, Drive, JointType, Primitive, Scene, Shape, centre_of_mass, inertia, mass, mechanisms, pose_to_array,
     rows::{Of, Row, kind_name},
     texture::ShapeTexture,
     to_euler,
@@ -115,14 +114,8 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
         Row::Convex => Value::Bool(s.convex),
         Row::Color => Value::Floats(s.color.to_vec()),
         Row::Texture => ShapeTexture::to_value(s.texture.as_ref()),
-        Row::Mass => Value::Float(s.mass.unwrap_or_else(|| default_mass(s))),
-        Row::Inertia => {
-            let m = s.inertia.map_or_else(
-                || default_inertia(s, s.mass.unwrap_or_else(|| default_mass(s))),
-                |i| Matrix3::from_row_slice(&i),
-            );
-            Value::Floats(m.transpose().iter().copied().collect())
-        }
+        Row::Mass => Value::Float(mass(s)),
+        Row::Inertia => Value::Floats(inertia(s).transpose().iter().copied().collect()),
         Row::Surface => {
             let empty = Mesh::default();
             let mesh = s.mesh.as_deref().unwrap_or(&empty);
@@ -135,7 +128,7 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
             }
             Value::List(lists)
         }
-        Row::Com => Value::Floats(s.com.iter().copied().collect()),
+        Row::Com => Value::Floats(centre_of_mass(s).iter().copied().collect()),
         Row::Dynamic => Value::Bool(s.dynamic),
         Row::Respondable => Value::Bool(s.respondable),
         Row::RespondableMask => Value::Int(s.mask.into()),
@@ -194,12 +187,12 @@ pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<us
         (Row::Orientation, _) => put(out, &to_euler(&scene.local(slot).rotation)),
         (Row::Pose, _) => put(out, &pose_to_array(&scene.local(slot))),
         (Row::WorldPose, _) => put(out, &pose_to_array(&scene.world(slot))),
-        (Row::Mass, Data::Shape(s)) => put(out, &[s.mass.unwrap_or_else(|| default_mass(s))]),
+        (Row::Mass, Data::Shape(s)) => put(out, &[mass(s)]),
         (Row::Friction, Data::Shape(s)) => put(out, &[s.friction]),
         (Row::Restitution, Data::Shape(s)) => put(out, &[s.restitution]),
         (Row::Size, Data::Shape(s)) => put(out, s.size.as_slice()),
         (Row::Color, Data::Shape(s)) => put(out, &s.color),
-        (Row::Com, Data::Shape(s)) => put(out, s.com.as_slice()),
+        (Row::Com, Data::Shape(s)) => put(out, centre_of_mass(s).as_slice()),
         _ => None,
     }
 }

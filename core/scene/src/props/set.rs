@@ -9,8 +9,8 @@ use tatu_plugins::texts::label;
 
 use super::{
     super::{
-        Control, Data, ForceSensor, Joint, JointSolver, JointType, Primitive, Scene, SensorData, Shape, from_euler,
-        pose_from_array,
+        Control, Data, Derived, ForceSensor, Joint, JointSolver, JointType, Primitive, Scene, SensorData, Shape,
+        from_euler, pose_from_array,
         rows::{Change, Row},
     },
     Changed, Drive, lacks, refuse,
@@ -253,6 +253,12 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
 const SIZES: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Option<Changed>, Refusal> {
+    if matches!(
+        row,
+        Row::Primitive | Row::Size | Row::Convex | Row::Surface | Row::Parts | Row::CollideAs | Row::CollideSize
+    ) {
+        s.derived = Derived::default();
+    }
     match (row, value) {
         (Row::Primitive, _) => match Primitive::parse(text) {
             Some(p) => s.primitive = p,
@@ -273,7 +279,7 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
             }
             match row {
                 Row::Size => s.size = v,
-                Row::Com => s.com = v,
+                Row::Com => s.com = Some(v),
                 _ => s.collide_size = v,
             }
         }

@@ -2,6 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 
+use nalgebra::Vector3;
 use tatu_physics::EngineSettings;
 use tatu_scene::{Dynamics, Scene};
 
@@ -50,6 +51,16 @@ impl State {
             return [t.linear.x, t.linear.y, t.linear.z, t.angular.x, t.angular.y, t.angular.z];
         }
         self.twist_by_motion(scene, slot)
+    }
+    /// Returns the velocity of an object like [`twist`](Self::twist), but the linear velocity is that of the object's
+    /// frame, also for dynamic shapes, whose centre of mass can move differently.
+    pub fn frame_twist(&self, scene: &Scene, dynamics: &Dynamics, slot: u32) -> [f64; 6] {
+        let [x, y, z, a, b, c] = self.twist(scene, dynamics, slot);
+        let body = scene.get(slot).and_then(|o| o.shape()).filter(|s| s.dynamic && dynamics.twist(s).is_some());
+        let Some(shape) = body else { return [x, y, z, a, b, c] };
+        let arm = scene.world(slot).rotation * tatu_scene::centre_of_mass(shape);
+        let v = Vector3::new(x, y, z) - Vector3::new(a, b, c).cross(&arm);
+        [v.x, v.y, v.z, a, b, c]
     }
     /// Returns the velocity of an object like [`twist`](Self::twist), but always from its motion in the last step.
     pub fn twist_by_motion(&self, scene: &Scene, slot: u32) -> [f64; 6] {

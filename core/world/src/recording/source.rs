@@ -50,7 +50,7 @@ pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str
             return turns.get(["alpha", "beta", "gamma"].iter().position(|n| *n == data)?).copied();
         }
         "speed" | "turning" => {
-            let t = world.state.twist(scene, &*world.state.dynamics.try_borrow().ok()?, slot);
+            let t = world.state.frame_twist(scene, &*world.state.dynamics.try_borrow().ok()?, slot);
             let [x, y, z] = if data == "speed" { [t[0], t[1], t[2]] } else { [t[3], t[4], t[5]] };
             return Some((x * x + y * y + z * z).sqrt());
         }

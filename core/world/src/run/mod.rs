@@ -75,6 +75,9 @@ impl World {
         for text in cell.state.scene.borrow().open_loops() {
             cell.log(TATU_LOG_WARNING, &text);
         }
+        for text in cell.state.dynamics.borrow_mut().take_notices() {
+            cell.log(TATU_LOG_WARNING, &text);
+        }
         Ok(world)
     }
 

@@ -14,7 +14,7 @@ use crate::instances::Missed;
 /// The first bytes of every snapshot.
 const MAGIC: &[u8; 8] = b"tatusnap";
 /// Format version, increased when the meaning of a section changes.
-const FORMAT: u32 = 9;
+const FORMAT: u32 = 10;
 /// Number of bytes before the checksummed part: magic number, format version and checksum.
 const BEFORE_BODY: usize = MAGIC.len() + 4 + 8;
 

@@ -24,6 +24,8 @@ pub(super) fn physics(world: &WorldCell, dt: f64) {
     for (slot, speed, way) in strays {
         tell_of_stray(world, slot, speed, way);
     }
+    let notices = world.state.dynamics.borrow_mut().take_notices();
+    notices.iter().for_each(|text| world.log(TATU_LOG_WARNING, text));
     for slot in done.lost {
         let path = world.state.scene.borrow().path(slot);
         let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));

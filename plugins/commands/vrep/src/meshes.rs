@@ -137,10 +137,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 fn mass(offer: &mut Offer<Vrep>) {
     let matrix =
         || table("transformation", "a matrix of 12 numbers: the frame of inertia and centre of mass").optional();
-    let inertia_of = |c: &Ctx<'_>, shape: tatu_object| -> Result<[f64; 9]> {
-        let v = c.world().get(shape, c.plugin().p.inertia)?;
-        v.array::<9>().ok_or_else(|| Fail::new("the host returned an invalid inertia"))
-    };
     offer.command(
         both(["sim.getShapeMassAndInertia", "simGetShapeMassAndInertia"], NIL, move |c| {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
@@ -277,7 +273,7 @@ fn make(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_obje
 fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
     let (w, p) = (c.world(), &c.plugin().p);
     let Some(first) = shapes.first() else { return Err(Fail::argument("expected at least one shape")) };
-    let (mut points, mut places, mut mass) = (Vec::new(), Vec::new(), 0.0);
+    let (mut points, mut places, mut lumps) = (Vec::new(), Vec::new(), Vec::new());
     for s in shapes {
         if w.look(*s)?.kind != TATU_KIND_SHAPE && !w.used_as(*s, "shape") {
             return Err(Fail::argument(format!("object {} is not a shape", handle(*s))));
@@ -288,10 +284,14 @@ fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
             points.extend(al::add(al::position(&frame), al::rotate(al::rotation(&frame), [p[0], p[1], p[2]])));
         }
         places.extend(mine.into_iter().map(|i| i as f64 + before));
-        mass += w.f64(*s, p.mass)?;
+        lumps.push(lump(c, *s)?);
     }
     let group = make(c, points, places)?;
+    let (mass, com, inertia) = summed(&lumps);
+    let com = al::sub(com, al::position(&w.pose(group, 0)?));
     w.set_f64s(group, p.mass, &[mass])?;
+    w.set_f64s(group, p.com, &com)?;
+    w.set(group, p.inertia, &Value::Floats(inertia.to_vec()))?;
     for prop in [p.dynamic, p.respondable, p.detectable] {
         w.set(group, prop, &w.get(*first, prop)?.to_value()?)?;
     }
@@ -304,6 +304,39 @@ fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
     w.remove(shapes)?;
     w.set(group, p.alias, &Value::text(&name))?;
     Ok(group)
+}
+
+/// The mass of a shape, kg, its centre, m, and its inertia about this centre, kg m^2, row by row, in the world frame.
+type Lump = (f64, [f64; 3], [f64; 9]);
+
+fn lump(c: &Ctx<'_>, shape: tatu_object) -> Result<Lump> {
+    let (w, p) = (c.world(), &c.plugin().p);
+    let frame = w.pose(shape, 0)?;
+    let turn = al::rotation(&frame);
+    let com = al::add(al::position(&frame), al::rotate(turn, w.f64s::<3>(shape, p.com)?));
+    Ok((w.f64(shape, p.mass)?, com, turned(&inertia_of(c, shape)?, turn)))
+}
+
+/// Returns the mass, centre of mass and inertia of shapes that are joined rigidly (Steiner's theorem).
+fn summed(lumps: &[Lump]) -> Lump {
+    let mass: f64 = lumps.iter().map(|l| l.0).sum();
+    let com: [f64; 3] = std::array::from_fn(|k| lumps.iter().map(|l| l.0 * l.1[k]).sum::<f64>() / mass);
+    let mut inertia = [0.0; 9];
+    for (m, centre, own) in lumps {
+        let d = al::sub(*centre, com);
+        let square: f64 = d.iter().map(|x| x * x).sum();
+        for (k, sum) in inertia.iter_mut().enumerate() {
+            let diagonal = if k / 3 == k % 3 { square } else { 0.0 };
+            *sum += own[k] + m * (diagonal - d[k / 3] * d[k % 3]);
+        }
+    }
+    (mass, com, inertia)
+}
+
+/// Returns the inertia of a shape about its centre of mass, kg m^2, row by row in its frame.
+fn inertia_of(c: &Ctx<'_>, shape: tatu_object) -> Result<[f64; 9]> {
+    let v = c.world().get(shape, c.plugin().p.inertia)?;
+    v.array::<9>().ok_or_else(|| Fail::new("the host returned an invalid inertia"))
 }
 
 /// Returns the triangles of a shape: vertices in the shape's frame, and zero-based indices. Round shapes are
@@ -320,7 +353,10 @@ pub(crate) fn triangles(c: &Ctx<'_>, shape: tatu_object) -> Result<(Vec<f64>, Ve
             (numbers(0), numbers(1).into_iter().map(|i| i as i64).collect())
         }
         "sphere" => {
-            rings(x, &(0..=16).map(|k| half_turn(k, 16)).map(|a| (libm::sin(a), -libm::cos(a) * x)).collect::<Vec<_>>())
+            let ring = |a: f64| (libm::sin(a), -libm::cos(a) * z);
+            let (mut points, places) = rings(x, &(0..=16).map(|k| ring(half_turn(k, 16))).collect::<Vec<_>>());
+            points.iter_mut().skip(1).step_by(3).for_each(|along_y| *along_y *= y / x);
+            (points, places)
         }
         "cylinder" => rings(x, &[(0.0, -z), (1.0, -z), (1.0, z), (0.0, z)]),
         "capsule" => {

@@ -109,7 +109,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::side_by_side("sim.getObjectVelocity", |c| {
             let id = id(c, 0)?;
-            let t = c.world().twist(id).map_err(|e| explain_any(c, id, e))?;
+            let t = frame_velocity(c, id).map_err(|e| explain_any(c, id, e))?;
             c.ret(&t[..3]);
             c.ret(&t[3..]);
             Ok(())
@@ -118,9 +118,26 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(flagged("object"))
         .returns(Param::floats("linear", 3).unit("m/s"))
         .returns(Param::floats("angular", 3).unit("rad/s"))
-        .text("Returns the linear and angular velocity of an object, in the world frame.")
+        .text(
+            "Returns the linear and angular velocity of an object's frame, in the world frame; that of a shape's centre \
+             of mass: `sim.getVelocity`.",
+        )
         .example("v, w = sim.getObjectVelocity(robot)"),
     );
+}
+
+/// Returns the linear velocity of an object's frame, m/s, and its angular velocity, rad/s, in the world frame. The host
+/// returns the velocity of the centre of mass for dynamic shapes.
+pub(crate) fn frame_velocity(c: &Shared<'_>, id: tatu_object) -> Result<[f64; 6]> {
+    let (w, p) = (c.world(), &c.plugin().p);
+    let mut t = w.twist(id)?;
+    let turn = [t[3], t[4], t[5]];
+    if turn != [0.0; 3] && w.look(id)?.kind == TATU_KIND_SHAPE && bool_of(c, id, p.dynamic)? {
+        let arm = al::rotate(al::rotation(&w.pose(id, 0)?), w.f64s::<3>(id, p.com)?);
+        let around = al::cross(turn, arm);
+        t.iter_mut().zip(around).for_each(|(v, x)| *v -= x);
+    }
+    Ok(t)
 }
 
 const WXYZ: i64 = 0x100_0000;

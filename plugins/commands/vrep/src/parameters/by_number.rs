@@ -6,6 +6,7 @@
 use super::targets;
 use crate::{
     kit::{algebra as al, *},
+    poses::frame_velocity,
     vision::parameters,
 };
 
@@ -239,7 +240,7 @@ const DUMMY: f64 = 0.01;
 fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
     let (id, p, w) = (o.id, &c.plugin().p, c.world());
     Ok(Some(match (o.kind, n) {
-        (_, 11..=13) => w.twist(id)?[(n - 11) as usize],
+        (_, 11..=13) => frame_velocity(c, id)?[(n - 11) as usize],
         (_, 14) => {
             let t = w.twist(id)?;
             al::length([t[3], t[4], t[5]])

@@ -58,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(flagged("shape"))
         .returns(Param::floats("linear", 3).unit("m/s"))
         .returns(Param::floats("angular", 3).unit("rad/s"))
-        .text("Returns the linear and angular velocity of a shape, in the world frame.")
+        .text("Returns the linear velocity of a shape's centre of mass and its angular velocity, in the world frame.")
         .example("v, w = sim.getVelocity(box)"),
     );
     offer.command(

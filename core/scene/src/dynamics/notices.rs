@@ -1,0 +1,84 @@
+//! Warnings about what physics does differently from what a scene seems to ask for: meshes that enclose no volume,
+//! spheres that are ellipsoids, solvers that are not used, and dynamic shapes below kinematic joints.
+
+use std::collections::BTreeMap;
+
+use super::state::Dynamics;
+use crate::{
+    forms::ellipsoids,
+    matter::open_edges,
+    notices::Notice,
+    object::{Data, Shape},
+    tree::Scene,
+};
+
+impl Dynamics {
+    /// Adds the warnings about all objects of a scene. `unused` contains the shapes whose choice of solver is not used,
+    /// with those whose choice is.
+    pub(super) fn warn(&mut self, scene: &Scene, unused: &[(u32, u32)]) {
+        // Equal warnings are merged, so a hundred equal objects cause a single message.
+        let mut found: BTreeMap<(Notice, String), Vec<u32>> = BTreeMap::new();
+        for (slot, o) in scene.slots() {
+            let Data::Shape(shape) = &o.data else { continue };
+            for (notice, why) in
+                [open_mesh(shape), ellipsoid(shape), kinematic_joint(scene, slot, shape)].into_iter().flatten()
+            {
+                if self.notices.is_new(notice, o.uid) {
+                    found.entry((notice, why)).or_default().push(slot);
+                }
+            }
+        }
+        for (slot, root) in unused {
+            let Some(o) = scene.get(*slot) else { continue };
+            if self.notices.is_new(Notice::Solver, o.uid) {
+                let why = format!(
+                    "its `joint_solver` is not used, because a mechanism has one solver, and `{}` sets another for the \
+                     same mechanism; set it there",
+                    scene.path(*root)
+                );
+                found.entry((Notice::Solver, why)).or_default().push(*slot);
+            }
+        }
+        for ((_, why), slots) in found {
+            let others = if slots.len() > 1 { format!(" (and {} more)", slots.len() - 1) } else { String::new() };
+            self.notices.add(format!("`{}`{others}: {why}", scene.path(slots[0])));
+        }
+    }
+}
+
+fn open_mesh(shape: &Shape) -> Option<(Notice, String)> {
+    if !shape.dynamic || open_edges(shape) == 0 {
+        return None;
+    }
+    let lacking = [("mass", shape.mass.is_none()), ("centre of mass", shape.com.is_none())];
+    let lacking = lacking.into_iter().chain([("inertia", shape.inertia.is_none())]);
+    let names: Vec<&str> = lacking.filter(|(_, lacks)| *lacks).map(|(name, _)| name).collect();
+    let text = format!(
+        "its mesh is not closed (edges without a second triangle, or triangles that face opposite ways), so its {} \
+         come from its convex hull; close the mesh, or state the values",
+        names.join(", ")
+    );
+    Some((Notice::OpenMesh, text))
+}
+
+fn ellipsoid(shape: &Shape) -> Option<(Notice, String)> {
+    let size = *ellipsoids(shape).first()?;
+    let text = format!(
+        "a sphere of {} x {} x {} m is an ellipsoid: it collides and is detected as a convex mesh of 642 points; set \
+         equal sizes for a ball",
+        size.x, size.y, size.z
+    );
+    Some((Notice::Ellipsoid, text))
+}
+
+/// Returns a warning if a shape is dynamic but hangs on a joint that physics does not move, so nothing holds it.
+fn kinematic_joint(scene: &Scene, slot: u32, shape: &Shape) -> Option<(Notice, String)> {
+    let joint = scene.get(slot)?.parent;
+    let object = scene.get(joint)?;
+    let kinematic = object.joint().is_some_and(|j| !j.dynamic) && scene.get(object.parent)?.shape().is_some();
+    (shape.dynamic && kinematic).then(|| {
+        let text = "it is dynamic, but the joint above it is kinematic, which does not hold it: it moves freely; make \
+                    the joint dynamic, or the shape static";
+        (Notice::KinematicJoint, text.to_owned())
+    })
+}

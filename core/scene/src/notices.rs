@@ -1,0 +1,42 @@
+//! Warnings that are given once for each object, whether it comes from a file or was created during the run.
+
+use std::collections::BTreeSet;
+
+/// The kind of a warning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Notice {
+    /// A mesh that encloses no volume, so its hull determines mass properties.
+    OpenMesh,
+    /// A sphere whose extents differ.
+    Ellipsoid,
+    /// A choice of solver that is not used.
+    Solver,
+    /// A dynamic shape below a kinematic joint.
+    KinematicJoint,
+    /// A target of a motor without torque.
+    NoTorque,
+}
+
+/// The warnings that have been given, by kind and uid of the object, and those that are still to be given.
+#[derive(Default)]
+pub(crate) struct Notices {
+    told: BTreeSet<(Notice, u64)>,
+    pending: Vec<String>,
+}
+
+impl Notices {
+    /// Returns the warnings that have not been given yet.
+    pub fn take(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.pending)
+    }
+
+    /// Returns whether a warning is given for the first time for an object.
+    pub fn is_new(&mut self, notice: Notice, uid: u64) -> bool {
+        self.told.insert((notice, uid))
+    }
+
+    /// Adds a warning.
+    pub fn add(&mut self, text: String) {
+        self.pending.push(text);
+    }
+}
