@@ -58,7 +58,7 @@ pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
     InteractionGroups::new(group, group, InteractionTestMode::And)
 }
 
-/// Speed after a bounce below which the lag of rapier's velocities is not corrected, as a multiple of the lag.
+/// Speed of an impact below which the lag of rapier's velocities is not corrected, as a multiple of the lag.
 const SLOW_BOUNCE: f64 = 10.0;
 
 /// Filters contacts by masks, then applies materials and surfaces, then pair rules. All of these are part of the
@@ -99,10 +99,11 @@ impl PairFilter<'_> {
         };
         let approach = (speed(bodies[0], points[0]) - speed(bodies[1], points[1])).dot(normal);
         let acceleration = (falls(bodies[0]) - falls(bodies[1])).dot(normal);
-        if approach <= 0.0 {
+        let lag = 0.5 * acceleration * self.substep;
+        // Slow bodies come to rest instead.
+        if approach <= SLOW_BOUNCE * lag.abs() {
             return coefficient;
         }
-        let lag = 0.5 * acceleration * self.substep;
         let start = (approach + lag).max(0.0);
         // If they do not touch within the step and a sub-step, it does not matter.
         let time = self.step + self.substep;
@@ -112,10 +113,7 @@ impl PairFilter<'_> {
         let parts = (self.step / self.substep).round();
         let above = gap - self.step * (approach + 0.5 * acceleration * self.substep * (parts + 1.0));
         let left = coefficient * coefficient * hit - 2.0 * acceleration * above.max(0.0);
-        let after = left.max(0.0).sqrt();
-        // Slow bodies come to rest instead.
-        let lag = if after > SLOW_BOUNCE * lag.abs() { lag } else { 0.0 };
-        (after + lag) / approach
+        (left.max(0.0).sqrt() + lag) / approach
     }
 
     fn rule(&self, a: Tag, b: Tag) -> Option<&PairRule> {

@@ -5,6 +5,7 @@ mod curved;
 mod drives;
 mod economy;
 mod energy;
+mod faces;
 mod overlap;
 mod push;
 mod respond;
