@@ -113,7 +113,7 @@ impl PairFilter<'_> {
         let parts = (self.step / self.substep).round();
         let above = gap - self.step * (approach + 0.5 * acceleration * self.substep * (parts + 1.0));
         let left = coefficient * coefficient * hit - 2.0 * acceleration * above.max(0.0);
-        (left.max(0.0).sqrt() + lag) / approach
+        (left.max(0.0).sqrt() + lag).max(0.0) / approach
     }
 
     fn rule(&self, a: Tag, b: Tag) -> Option<&PairRule> {

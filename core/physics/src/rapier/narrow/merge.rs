@@ -92,6 +92,7 @@ fn of_part(feature: PackedFeatureId, part: u32) -> PackedFeatureId {
 }
 
 /// Writes points to manifolds of at most four, each spread over the whole face, with the forces of the previous step.
+/// Manifolds that are no longer needed remain, without points: rapier refers to them by their index.
 pub(super) fn write(found: Vec<ContactManifold>, manifolds: &mut Vec<ContactManifold>) {
     let old: Vec<Point> = manifolds.iter_mut().flat_map(|m| std::mem::take(&mut m.points)).collect();
     let mut used = 0;
@@ -110,7 +111,6 @@ pub(super) fn write(found: Vec<ContactManifold>, manifolds: &mut Vec<ContactMani
             used += 1;
         }
     }
-    manifolds.truncate(used);
 }
 
 /// Returns the data of a point in the previous step: that of the same features, or else of the same place.
