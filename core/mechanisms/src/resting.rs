@@ -18,7 +18,7 @@ const MOST: usize = 48;
 /// Maximum number of sets of pressing contacts that are tried.
 const TRIES: usize = 8;
 /// The e of the iteration, relative to the greatest response.
-const PROXIMITY: f64 = 1e-9;
+const REGULARIZATION: f64 = 1e-9;
 /// Maximum number of iterations.
 const ITERATIONS: usize = 6;
 /// Tolerance of the friction bound, relative to the bound.
@@ -121,7 +121,7 @@ impl Resting {
                 row[c] = (responses[self.active[c]] - sum) / other[c];
             }
             let sum: f64 = row[..r].iter().map(|a| a * a).sum();
-            let pivot = responses[self.active[r]] + PROXIMITY * greatest - sum;
+            let pivot = responses[self.active[r]] + REGULARIZATION * greatest - sum;
             // The condition is negated so that NaN is rejected, too.
             if !(pivot > 0.0) {
                 return false;

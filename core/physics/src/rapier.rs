@@ -9,7 +9,7 @@
 //!
 //! `tuning` defines the parameters of the solver. `state` is the engine's complete state, `records` its data for each
 //! body and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
-//! updates their drives, `hold` keeps stopped motors in place, `hanging` sums the weight below them, `reduced` implements
+//! updates their drives, `park` lets parked mechanisms sleep, `hanging` sums the weight below them, `reduced` implements
 //! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `respond` decides which bodies
 //! collide, `grip` implements anisotropic and rolling friction, `overlap` separates bodies that were created
 //! overlapping, `narrow` finds contacts of hulls and meshes, `curved` lets cylinders roll, `report` reads contacts,
@@ -23,11 +23,11 @@ mod drives;
 mod gears;
 mod grip;
 mod hanging;
-mod hold;
 mod joints;
 mod load;
 mod narrow;
 mod overlap;
+mod park;
 mod push;
 mod records;
 mod reduced;
@@ -249,14 +249,13 @@ impl Engine for Rapier {
             self.tables.positioned.push(joint);
         }
         record.drive = drive;
-        let held = record.hold.at.is_some();
-        (record.pursuit, record.hold) = (0.0, Hold::default());
-        let (holds, body) = (record.holds(), record.bodies.1);
+        let rested = std::mem::take(&mut record.hold).at_rest;
+        let (stops, body) = (record.stops(), record.bodies.1);
         mark(&mut self.tables.changed, joint, record);
-        if holds {
+        if stops {
             self.watch_hold(joint);
         }
-        if held {
+        if rested {
             self.let_sleep(body);
         }
     }
@@ -356,7 +355,7 @@ impl Engine for Rapier {
         }
         self.count_turns();
         self.update_positions();
-        self.hold_positions();
+        self.park();
         self.weaken_drives();
         self.apply_drives();
         let old = match before {

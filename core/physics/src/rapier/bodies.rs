@@ -244,10 +244,10 @@ impl Rapier {
         self.tables.moving.entry(body).or_insert((from, pose)).1 = pose;
     }
 
-    /// Prepares a body for a joint. The body remains awake unless all motors of its mechanism hold a position, because a
-    /// wheel that creeps along under its motor can be slower than any threshold. If the joint connects bodies of very different mass, an iteration is added for the
-    /// body's contacts and joints in each sub-step, because the solution converges slowly: without it, a 16 kg chassis
-    /// on a 0.25 kg caster tilts by 0.4 degrees instead of 0.3.
+    /// Prepares a body for a joint. The body remains awake unless its mechanism is parked, because a wheel that creeps
+    /// along under its motor can be slower than any threshold. If the joint connects bodies of very different mass, an
+    /// iteration is added for the body's contacts and joints in each sub-step, because the solution converges slowly:
+    /// without it, a 16 kg chassis on a 0.25 kg caster tilts by 0.4 degrees instead of 0.3.
     pub(super) fn prepare_for_joint(&mut self, body: BodyId, uneven: bool) {
         let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {
             return;

@@ -107,7 +107,7 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         Drive::Velocity { target, max_force, slip } if slip > 1.0 / MOTOR_DAMPING => {
             JointMotor { damping: 1.0 / slip, ..motor(target, max_force) }
         }
-        Drive::Velocity { target, max_force, .. } => motor(target + record.pursuit, max_force),
+        Drive::Velocity { target, max_force, .. } => motor(target, max_force),
         // The same force acts on both bodies along the axis, which is updated in each sub-step.
         Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
         // Rapier's own spring is not used, because its speed would depend on the number of sub-steps.

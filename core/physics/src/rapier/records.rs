@@ -74,9 +74,8 @@ pub(super) struct JointRecord {
     pub closes_loop: bool,
     /// The drive that was requested.
     pub drive: Drive,
-    /// Velocity of a position drive in the next step, or of a velocity drive that holds a position, rad/s or m/s.
+    /// Velocity of a position drive in the next step, rad/s or m/s.
     pub pursuit: f64,
-    /// The position that a velocity drive holds.
     pub hold: Hold,
     /// State of the controller of a position drive.
     pub memory: Memory,
@@ -137,13 +136,12 @@ pub(super) struct Memory {
     pub last: Option<f64>,
 }
 
-/// The position that a velocity drive with target 0 holds.
+/// Whether a joint that its drive stops is at rest.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Hold {
     /// Position in the last step, rad or m; `None` before the first step.
     pub last: Option<f64>,
-    /// The held position, rad or m; `None` while the joint moves.
-    pub at: Option<f64>,
+    pub at_rest: bool,
 }
 
 /// Rapier's representation of a joint in reduced form.

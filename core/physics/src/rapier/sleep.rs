@@ -1,4 +1,4 @@
-//! Sleeping. Only bodies that rest on something can sleep, and mechanisms whose motors hold a position (`hold`); a body that drifts slowly through space continues to drift.
+//! Sleeping. Only bodies that rest on something can sleep, and parked mechanisms (`park`); a body that drifts slowly through space continues to drift.
 
 use rapier3d::{
     dynamics::{RigidBody, RigidBodyHandle},
@@ -13,6 +13,9 @@ use crate::Motion;
 /// starts to roll.
 const SLEEP_SPEED: f64 = 0.002;
 
+/// Angular speed below which a body of a parked mechanism can sleep, rad/s.
+const PARKED_SPIN: f64 = 0.02;
+
 /// Time for which a body must remain this slow before it sleeps, s.
 const SLEEP_TIME: f64 = 1.0;
 
@@ -22,6 +25,14 @@ pub(super) fn set(body: &mut RigidBody, may: bool) {
     activation.normalized_linear_threshold = speed;
     activation.angular_threshold = speed;
     activation.time_until_sleep = SLEEP_TIME;
+}
+
+/// Sets whether a body of a parked mechanism may sleep. Its wheels creep, and a caster turns while they do.
+pub(super) fn set_parked(body: &mut RigidBody, may: bool) {
+    set(body, may);
+    if may {
+        body.activation_mut().angular_threshold = PARKED_SPIN;
+    }
 }
 
 impl Rapier {

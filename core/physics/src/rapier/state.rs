@@ -45,7 +45,7 @@ pub(super) struct Tables {
     pub(super) changed: Vec<JointId>,
     /// Joints with a position drive.
     pub(super) positioned: Vec<JointId>,
-    /// Joints whose velocity drive may hold a position, ascending.
+    /// Joints that their drives stop, ascending.
     pub(super) holding: Vec<JointId>,
     /// Bodies that have been frozen since the last call of `quarantined`.
     pub(super) frozen: Vec<BodyId>,

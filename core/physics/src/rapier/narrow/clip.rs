@@ -13,7 +13,7 @@ use rapier3d::{
     },
 };
 
-use super::{face::Polygon, hull, merge};
+use super::{face::Polygon, merge};
 
 /// Depth by which the closest points must exceed all others to become a contact point themselves, m.
 const DEEPER: f64 = 1e-4;
@@ -67,7 +67,7 @@ pub(super) fn contacts(
     }
     let (near_a, near_b) = (p1, pos12.inverse_transform_point(p2));
     let polygon_of = |shape: &dyn Shape, map: &dyn rapier3d::parry::shape::PolygonalFeatureMap, normal, near| {
-        hull(shape).map(|hull| Polygon::of_hull(hull, normal)).unwrap_or_else(|| {
+        shape.as_convex_polyhedron().map(|hull| Polygon::of_hull(hull, normal)).unwrap_or_else(|| {
             let mut feature = PolygonalFeature::default();
             map.local_support_feature_toward(normal, near, &mut feature);
             Polygon::new(&feature)

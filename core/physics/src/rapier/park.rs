@@ -1,8 +1,8 @@
-//! Velocity drives whose target is 0 hold the position at which they came to rest.
+//! Parked mechanisms. A mechanism may sleep, like a single body, while the targets of all its motors are 0 and its joints
+//! are at rest.
 //!
-//! Rapier's solver leaves a small error in each step, which always has the same sign on a slope: without this, a parked
-//! robot would creep at 0.1 to 0.5 mm/s. For the same reason a mechanism may sleep, like a single body, while all its
-//! motors hold a position. Trees need no such help, because they are solved exactly.
+//! Rapier's solver leaves a small error in each step, which always has the same sign on a slope: a parked robot that could
+//! not sleep would creep at 0.1 to 0.5 mm/s. Trees need no such help, because they are solved exactly.
 
 use std::collections::BTreeSet;
 
@@ -11,72 +11,57 @@ use tatu_geometry::wrap_angle;
 use super::{
     records::{Hold, JointRecord},
     sleep,
-    state::{Rapier, mark},
-    tuning::SETTLE_TIME,
+    state::Rapier,
 };
 use crate::{BodyId, Drive, JointId, JointKind, Motion};
 
-/// Speed below which a joint is considered to have come to rest, rad/s or m/s.
+/// Speed below which a joint is considered to be at rest, rad/s or m/s: twice the creep on a slope of 15 degrees.
 const AT_REST: f64 = 0.01;
 
-/// Distance from the held position at which the drive gives up and holds another position, rad or m: it is pushed with
-/// more than its force. The creep that it must correct moves the joint by a tenth of that.
-const GIVEN_UP: f64 = 1e-3;
-
 impl JointRecord {
-    /// Returns whether the drive holds a position.
-    pub fn holds(&self) -> bool {
+    /// Returns whether the drive stops the joint.
+    pub fn stops(&self) -> bool {
         matches!(self.drive, Drive::Velocity { target: 0.0, slip: 0.0, .. }) && self.tied().is_none()
     }
 
-    /// Returns whether the joint does nothing by itself: it has no drive, or one that holds a position.
+    /// Returns whether the joint does nothing by itself: it has no drive, or one that has stopped it.
     fn is_calm(&self) -> bool {
-        let still = self.drive == Drive::Free || self.hold.at.is_some();
+        let still = self.drive == Drive::Free || self.hold.at_rest;
         still && self.tied().is_none() && !self.geared && self.passive.stiffness <= 0.0
     }
 
-    /// Returns the target velocity of the drive for the next `dt`, s, and what it holds from then on. `position` is that
-    /// of the joint, rad or m.
-    fn hold_at(&self, position: f64, dt: f64) -> (f64, Hold) {
-        let way = |from: f64| match (self.kind, self.limits) {
-            (JointKind::Revolute, None) => wrap_angle(position - from),
-            _ => position - from,
-        };
-        let Some(last) = self.hold.last else { return (0.0, Hold { last: Some(position), at: None }) };
-        let at = match self.hold.at {
-            Some(at) => Some(at).filter(|at| way(*at).abs() <= GIVEN_UP),
-            None => Some(position).filter(|_| way(last).abs() < AT_REST * dt),
-        };
-        (at.map_or(0.0, |at| -way(at) / SETTLE_TIME.max(dt)), Hold { last: Some(position), at })
+    /// Returns whether the joint is at rest at a position, rad or m, after a step of duration `dt`, s.
+    fn hold_at(&self, position: f64, dt: f64) -> Hold {
+        let moved = self.hold.last.map(|last| match (self.kind, self.limits) {
+            (JointKind::Revolute, None) => wrap_angle(position - last),
+            _ => position - last,
+        });
+        Hold { last: Some(position), at_rest: moved.is_some_and(|moved| moved.abs() < AT_REST * dt) }
     }
 }
 
 impl Rapier {
-    /// Starts to watch a joint whose drive may hold a position.
+    /// Starts to watch a joint that its drive stops.
     pub(super) fn watch_hold(&mut self, joint: JointId) {
         if let Err(place) = self.tables.holding.binary_search(&joint) {
             self.tables.holding.insert(place, joint);
         }
     }
 
-    /// Updates the velocities of drives that hold a position, for the next step.
-    pub(super) fn hold_positions(&mut self) {
+    /// Determines which of the joints that their drives stop are at rest, and which mechanisms may sleep.
+    pub(super) fn park(&mut self) {
         let dt = self.world.integration_parameters.dt;
         let mut holding = std::mem::take(&mut self.tables.holding);
         let mut changed = Vec::new();
         holding.retain(|id| {
-            let Some(record) = self.tables.joints[id.0 as usize].as_ref().filter(|r| r.holds()) else { return false };
+            let Some(record) = self.tables.joints[id.0 as usize].as_ref().filter(|r| r.stops()) else { return false };
             let (frame_a, frame_b) = self.joint_frames(record);
-            let (pursuit, hold) = record.hold_at(record.position(&frame_a, &frame_b), dt);
+            let hold = record.hold_at(record.position(&frame_a, &frame_b), dt);
             if let Some(record) = self.tables.joints[id.0 as usize].as_mut() {
-                if record.hold.at.is_some() != hold.at.is_some() {
+                if record.hold.at_rest != hold.at_rest {
                     changed.push(record.bodies.1);
                 }
                 record.hold = hold;
-                if record.pursuit != pursuit {
-                    record.pursuit = pursuit;
-                    mark(&mut self.tables.changed, *id, record);
-                }
             }
             true
         });
@@ -97,7 +82,7 @@ impl Rapier {
             if !may {
                 self.world.wake_up(handle, true);
             }
-            sleep::set(&mut self.world.bodies[handle], may);
+            sleep::set_parked(&mut self.world.bodies[handle], may);
         }
     }
 
