@@ -60,6 +60,12 @@ pub(super) fn contacts(
             return Ok(());
         }
     };
+    // Forms that touch exactly have no direction: that of the previous step remains, or else that of their origins.
+    let direction = [Some(direction), guess, pos12.translation.try_normalize()]
+        .into_iter()
+        .flatten()
+        .find(|d| d.length_squared() > 0.5)
+        .unwrap_or(Vector::Z);
     let (mut n1, mut n2) = (direction, pos12.rotation.inverse() * -direction);
     let closest = (p2 - p1).dot(n1);
     if !(limits_a, limits_b).project_local_normals(pos12, &mut n1, &mut n2) {

@@ -146,6 +146,10 @@ impl Rapier {
         let first = place(a, at.anchor1, data.relative_dominance <= 0);
         let second = place(b, at.anchor2, data.relative_dominance >= 0);
         let normal = convert::vector_back(data.normal);
+        // Parry has no normal for forms that touch exactly.
+        if normal.norm_squared() < 0.5 {
+            return None;
+        }
         let dt = self.world.integration_parameters.dt;
         let approach = (a.velocity_at(&first) - b.velocity_at(&second)).dot(&normal);
         if (second - first).dot(&normal) > NEAR + 2.0 * dt * approach.max(0.0) {
