@@ -122,8 +122,7 @@ impl Resting {
             }
             let sum: f64 = row[..r].iter().map(|a| a * a).sum();
             let pivot = responses[self.active[r]] + REGULARIZATION * greatest - sum;
-            // The condition is negated so that NaN is rejected, too.
-            if !(pivot > 0.0) {
+            if pivot.is_nan() || pivot <= 0.0 {
                 return false;
             }
             row[r] = pivot.sqrt();
