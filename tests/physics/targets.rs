@@ -95,37 +95,6 @@ fn a_sine_is_followed_within_80_ms() {
     }
 }
 
-/// A slider presses a block against a wall: its position control pushes as its gains ask, in proportion to the error up
-/// to 0.1 mm, where it reaches its full force.
-#[test]
-fn a_blocked_position_drive_pushes_in_proportion_to_its_error() {
-    let scene = |error: f64, more: &str| {
-        let slide = format!(
-            "type = \"prismatic\"\norientation_deg = [0, 90, 0]\ncontrol = \"position\"\nmax_force_n = 2000.0\n\
-             target_position_m = {error:?}\n{more}"
-        );
-        let wall = "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [0.1, 1, 1]\nposition_m = [0.3, 0, 0]\n\
-                    respondable = true\n";
-        let cart = placed([0.2, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0) + "\nrespondable = true";
-        "gravity_m_s2 = [0, 0, 0]\n".to_owned()
-            + &base([-0.5, 0.0, 0.0])
-            + &joint("j", "/base", &slide)
-            + &body("cart", "/base/j", "box", [0.1; 3], 1.0, &cart)
-            + wall
-    };
-    // The wall yields a few micrometres, so the error is that which remains.
-    for error in [4e-6, 2e-5, 6e-5] {
-        let lines = watch_run(&scene(error, ""), &["/base/j"], 2.0);
-        let end = &lines[lines.len() - 1];
-        let left = error - of_joint(end, "/base/j", "position");
-        let force = of_joint(end, "/base/j", "effort");
-        near("force", force, 2000.0 * left / 1e-4, 2.0);
-        assert!(force < 2000.0 * error / 1e-4 + 2.0, "{force}");
-    }
-    let lines = watch_run(&scene(0.01, ""), &["/base/j"], 2.0);
-    near("limit", of_joint(&lines[lines.len() - 1], "/base/j", "effort"), 2000.0, 1.0);
-}
-
 /// The integral does not grow while a wall blocks the drive at its limit: when the target returns, so does the joint, at
 /// once, as P alone would.
 #[test]

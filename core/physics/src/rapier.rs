@@ -9,7 +9,7 @@
 //!
 //! `tuning` defines the parameters of the solver. `state` is the engine's complete state, `records` its data for each
 //! body and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
-//! updates their drives, `park` lets parked mechanisms sleep, `hanging` sums the weight below them, `reduced` implements
+//! updates their drives, `park` lets parked mechanisms sleep, `reduced` implements
 //! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `respond` decides which bodies
 //! collide, `grip` implements anisotropic and rolling friction, `overlap` separates bodies that were created
 //! overlapping, `narrow` finds contacts of hulls and meshes, `curved` lets cylinders roll, `report` reads contacts,
@@ -22,7 +22,6 @@ mod curved;
 mod drives;
 mod gears;
 mod grip;
-mod hanging;
 mod joints;
 mod load;
 mod narrow;

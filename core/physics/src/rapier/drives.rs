@@ -67,14 +67,10 @@ impl Rapier {
         self.tables.changed = changed;
     }
 
-    /// Updates the velocities of position drives for the next step, including that which makes them carry the weight that
-    /// hangs on them.
+    /// Updates the velocities of position drives for the next step.
     pub(super) fn update_positions(&mut self) {
         let dt = self.world.integration_parameters.dt;
         let mut positioned = std::mem::take(&mut self.tables.positioned);
-        if !positioned.is_empty() {
-            self.hang();
-        }
         positioned.retain(|id| {
             let Some(record) = &self.tables.joints[id.0 as usize] else {
                 return false;
@@ -85,9 +81,6 @@ impl Rapier {
             let pressed = if effort.abs() >= AT_LIMIT * max_force { effort.signum() } else { 0.0 };
             let (frame_a, frame_b) = self.joint_frames(record);
             let (pursuit, memory) = joints::pursue(record, record.position(&frame_a, &frame_b), dt, pressed);
-            // A motor that misses this speed exerts the force that carries the weight.
-            let lift = self.carrying_force(record, &frame_a) / joints::position_damping(max_force);
-            let pursuit = pursuit + lift.clamp(-tuning::FULL_FORCE_AT, tuning::FULL_FORCE_AT);
             if let Some(record) = self.tables.joints[id.0 as usize].as_mut() {
                 record.memory = memory;
                 if record.pursuit != pursuit {

@@ -9,7 +9,7 @@ use rapier3d::{
 
 use super::{
     records::{JointRecord, Memory},
-    tuning::{FULL_FORCE_AT, JOINT_SOFTNESS, MOST_ITERATIONS, MOTOR_DAMPING, NEVER_REACHED, SETTLE_TIME},
+    tuning::{JOINT_SOFTNESS, MOST_ITERATIONS, MOTOR_DAMPING, NEVER_REACHED, SETTLE_TIME},
 };
 use tatu_geometry::wrap_angle;
 
@@ -111,9 +111,7 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         // The same force acts on both bodies along the axis, which is updated in each sub-step.
         Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
         // Rapier's own spring is not used, because its speed would depend on the number of sub-steps.
-        Drive::Position { max_force, .. } => {
-            JointMotor { damping: position_damping(max_force), ..motor(record.pursuit, max_force) }
-        }
+        Drive::Position { max_force, .. } => motor(record.pursuit, max_force),
     };
     let motor = match record.passive.no_load_speed > 0.0 {
         true => weakened(motor, record),
@@ -121,11 +119,6 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
     };
     joint.motor_axes |= axis.into();
     joint.motors[axis as usize] = motor;
-}
-
-/// Returns the force of a position drive per unit of the speed that it misses, N s/m or N m s/rad.
-pub(super) fn position_damping(max_force: f64) -> f64 {
-    (max_force / FULL_FORCE_AT).min(MOTOR_DAMPING)
 }
 
 /// Returns a motor whose limit falls with its speed. Once the motor has reached the limit, it follows its torque-speed

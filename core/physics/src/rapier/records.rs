@@ -225,12 +225,3 @@ impl Parting {
         if distance < 0.0 { (distance + self.fit).min(0.0).max(-deepest) } else { distance }
     }
 }
-
-/// The order in which weights are summed, and the sums of the current step. Both are derived from the joints and bodies.
-#[derive(Default)]
-pub(super) struct Hanging {
-    /// The joints that close no loop, those farther from the root of their mechanism first.
-    pub order: Vec<JointId>,
-    /// Mass, kg, and first moment, kg m in the world frame, of each body and of all bodies below it, by body id.
-    pub sums: Vec<(f64, Vector)>,
-}

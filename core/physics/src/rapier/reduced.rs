@@ -176,12 +176,6 @@ impl Rapier {
             {
                 let motor = &mut motor.data.motors[axis as usize];
                 motor.max_force = (limit - joint.carried.abs()).min(f64::MAX);
-                // The force of a position drive is a function of its speed, of which the constraint finds the rest.
-                if let Drive::Position { max_force, .. } = record.drive
-                    && record.passive.no_load_speed == 0.0
-                {
-                    motor.target_vel = record.pursuit - joint.carried / joints::position_damping(max_force);
-                }
             }
             if joint.carried == 0.0 {
                 continue;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use tatu_mechanisms::Side;
 
 use super::{
-    records::{BodyRecord, Grips, Hanging, JointRecord, Measured, Partings, Seen, Tree},
+    records::{BodyRecord, Grips, JointRecord, Measured, Partings, Seen, Tree},
     shapes::ShapeCache,
     trees::records::{Crowded, Kept, Load, Mechanism, Touch},
 };
@@ -96,9 +96,6 @@ pub(super) struct Tables {
     /// Mechanism and link of each body of a mechanism that is not frozen; derived from `mechanisms`.
     #[serde(skip)]
     pub(super) links: BTreeMap<BodyId, Side>,
-    /// The weight that hangs on each joint; derived from `joints` and the poses.
-    #[serde(skip)]
-    pub(super) hanging: Hanging,
     /// Whether `mechanisms` must be rebuilt.
     pub(super) mechanisms_changed: bool,
     /// Free bodies that trees have adopted, with the time for which they have been out of reach of any tree, s.

@@ -38,12 +38,6 @@ pub const NEVER_REACHED: f64 = 1e6;
 /// unless limited by its maximum velocity. V-REP's controller has the same time constant: P = 0.1 at steps of 5 ms.
 pub const SETTLE_TIME: f64 = 0.05;
 
-/// Speed, m/s or rad/s, by which a joint must miss the speed that its position drive asks for, so that the drive exerts
-/// its full force; below this, the force is proportional to the difference. Without gains of its own, a drive therefore
-/// reaches its full force at an error of 0.1 mm or 0.1 mrad (this times `SETTLE_TIME`), and a load moves the joint by
-/// less than this. A drive that is blocked does not push with its full force against an error of rounding.
-pub const FULL_FORCE_AT: f64 = 0.002;
-
 /// Maximum motion of a joint in a sub-step before sub-steps are halved, rad or m.
 pub const FAST_TURN: f64 = 0.005;
 

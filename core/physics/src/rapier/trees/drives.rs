@@ -2,10 +2,7 @@
 
 use tatu_mechanisms::{Bound, Drive as TreeDrive};
 
-use crate::{
-    Drive,
-    rapier::{joints, records::JointRecord},
-};
+use crate::{Drive, rapier::records::JointRecord};
 
 /// Converts the drive of a joint for the next physics step.
 pub(super) fn drive(record: &JointRecord) -> TreeDrive {
@@ -23,13 +20,7 @@ pub(super) fn drive(record: &JointRecord) -> TreeDrive {
             bound: bound(max_force),
         },
         Drive::Velocity { target, max_force, .. } => TreeDrive::Velocity { target, bound: bound(max_force) },
-        Drive::Position { max_force, .. } => TreeDrive::Position {
-            target: 0.0,
-            velocity: record.pursuit,
-            stiffness: 0.0,
-            damping: joints::position_damping(max_force),
-            bound: bound(max_force),
-        },
+        Drive::Position { max_force, .. } => TreeDrive::Velocity { target: record.pursuit, bound: bound(max_force) },
         Drive::Force(force) => TreeDrive::Force { force, bound: bound(force.abs()) },
     }
 }
