@@ -54,7 +54,7 @@ impl Folders {
         let chosen = self.chosen.borrow();
         let here = chosen.as_ref().unwrap_or(&self.working).path();
         let roots = std::iter::once(here).chain(self.scene.as_ref().map(Folder::path));
-        Reach::within(&self.working.path().to_owned(), roots, registry)
+        Reach::within(self.working.path(), roots, registry)
     }
 
     /// Replaces the working folder by the folder at this absolute path.

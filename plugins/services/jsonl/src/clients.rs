@@ -169,15 +169,13 @@ impl Drop for Listener {
     }
 }
 
+/// A new client, the sender of its queue of received lines, and its connection.
+type Begun = (Client, SyncSender<Message>, Arc<TcpStream>);
+
 impl Client {
     /// Starts the writer of a new client. Also returns the sender of its queue of received lines and its connection, for
     /// the reader. Returns `None` if there are too many clients.
-    fn new(
-        number: u64,
-        stream: TcpStream,
-        session: Session,
-        writers: &Arc<Writers>,
-    ) -> std::io::Result<Option<(Self, SyncSender<Message>, Arc<TcpStream>)>> {
+    fn new(number: u64, stream: TcpStream, session: Session, writers: &Arc<Writers>) -> std::io::Result<Option<Begun>> {
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
         let (queue, lines) = sync_channel(QUEUE);
@@ -197,6 +195,7 @@ impl Client {
         let writer = writer.inspect_err(|_| drop(writers.all().remove(&number)))?;
         Ok(Some((Client { number, lines, link, replies, writer }, queue, stream)))
     }
+
     /// Removes and returns the next received line, or returns `None` if there is none.
     pub fn next_line(&self) -> Option<Message> {
         self.lines.try_recv().ok()

@@ -49,7 +49,8 @@ fn machine(random: &mut Random) -> Machine {
     floor(&mut engine);
     let count = 3 + random.below(10);
     let fixed_base = random.below(3) > 0;
-    let (mut bodies, mut joints): (Vec<(BodyId, f64, Matrix3<f64>)>, Vec<(JointId, bool)>) = (Vec::new(), Vec::new());
+    let mut bodies: Vec<(BodyId, f64, Matrix3<f64>)> = Vec::new();
+    let mut joints: Vec<(JointId, bool)> = Vec::new();
     let mut poses: Vec<(BodyId, Isometry3<f64>)> = Vec::new();
     for i in 0..count {
         let half = Vector3::new(random.within(0.01, 0.06), random.within(0.01, 0.06), random.within(0.03, 0.2));
