@@ -20,7 +20,7 @@ use crate::folders::{Folder, Refused, normal};
 /// models and scenes that come with the program or that the user has installed and, for the files that a model from such
 /// a folder names, the model's own folder.
 ///
-/// A name in a document gives access to a file only by [`Reach::file`].
+/// A name in a document gives access to a file only by `file`.
 #[derive(Debug, Clone)]
 pub struct Reach {
     /// The folder that relative paths start from.
