@@ -22,6 +22,7 @@ mod masses;
 mod mechanisms;
 mod overlaps;
 mod parts;
+mod resting;
 mod scenes;
 mod stacks;
 mod surfaces;

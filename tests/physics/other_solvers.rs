@@ -18,6 +18,7 @@ mod links;
 mod mechanisms;
 mod overlaps;
 mod parts;
+mod resting;
 #[allow(dead_code, reason = "shared with the other tests")]
 mod scenes;
 mod surfaces;

@@ -37,6 +37,21 @@ fn on_the_spot() {
     near("rate of turn", mean / (4.0 * RADIUS / TRACK), 1.0, 5e-4);
 }
 
+/// A robot whose motors hold speed 0 stays where it is, level and on a slope; before the second second, it settles.
+#[test]
+fn parked_robot_stays() {
+    for degrees in [0.0, 15.0] {
+        for solver in ["impulse", "reduced", "tree"] {
+            let set = format!("[model.set]\n\"Pioneer_p3dx.joint_solver\" = \"{solver}\"\n");
+            let model = "[[model]]\nmodel = \"pioneer_p3dx\"\nscript = { text = \"function sysCall_init() end\" }\n";
+            let lines = watch_run(&(slope(degrees) + &floor(1.0) + model + &set), &[ROBOT], 22.0);
+            let at = |t: f64| position(lines.iter().find(|l| l.time() >= t - 1e-9).unwrap(), ROBOT);
+            let way: f64 = at(2.5).into_iter().zip(at(22.0)).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+            near(&format!("{solver} on {degrees} degrees: speed"), way / 19.5, 0.0, 1e-6);
+        }
+    }
+}
+
 /// Turning does not accelerate the wheel of the caster, which slides: within ten minutes, its speed remains below 0.5
 /// rad/s.
 #[test]

@@ -1,5 +1,7 @@
 //! Simulation of trees that touch each other or other bodies.
 
+mod excess;
+
 use nalgebra::Vector3;
 
 use crate::{
@@ -206,91 +208,6 @@ impl Group {
         Ok(GroupReport { rounds: ROUNDS, sweeps, met: false })
     }
 
-    /// Removes impulses that were found for drives that hold, but have thrown the joints to their limits, because they
-    /// exceed the bounds of the drives; from then on, contacts of these members are solved as if their drives yielded.
-    /// Returns whether there were any.
-    fn drop_excess(&mut self, h: f64) -> bool {
-        let mut any = false;
-        for (point, impulse) in self.rows.points.iter().zip(&mut self.impulses) {
-            if point.normal == 0.0 && impulse[0] > 0.0 && point.start[0] > point.least_velocity(h) + STEADY {
-                *impulse = [0.0; 3];
-                point.halves.iter().flatten().for_each(|half| self.yields[half.member] = true);
-                any = true;
-            }
-        }
-        any
-    }
-
-    /// Returns whether a contact that no joint lets move has an impulse. Its law has not been checked.
-    fn is_stuck(&self) -> bool {
-        self.rows.points.iter().zip(&self.impulses).any(|(point, l)| point.normal == 0.0 && l[0] > 0.0)
-    }
-
-    /// Reduces impulses that satisfy no law of the contacts until they take energy from the bodies, as all contacts do.
-    /// Otherwise, impulses that were found for a joint at its limit could throw the same joint when it is free, and the
-    /// next step would begin with them. Returns whether all laws of the joints are satisfied.
-    fn dissipate(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) -> Result<bool, GroupError> {
-        for attempt in 1..=ROUNDS {
-            let share = self.share(members, contacts, h);
-            if share >= 1.0 {
-                break;
-            }
-            let share = if attempt == ROUNDS { 0.0 } else { share };
-            self.impulses.iter_mut().flatten().for_each(|l| *l *= share);
-            self.apply(members, h);
-            self.solve_joints(members, h)?;
-        }
-        Ok(self.met.iter().all(|met| *met))
-    }
-
-    /// Reduces impulses like [`dissipate`](Self::dissipate) after the velocities have been computed, and the velocities
-    /// by their effect.
-    fn calm(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) {
-        let share = self.share(members, contacts, h);
-        if share >= 1.0 {
-            return;
-        }
-        self.push_all(share - 1.0);
-        self.impulses.iter_mut().flatten().for_each(|l| *l *= share);
-        for (m, offset) in members.iter_mut().zip(&self.rows.offsets) {
-            let pivot = &mut m.solver.step.pivot;
-            self.velocities.clear();
-            self.velocities.extend_from_slice(&self.rows.z[*offset..][..m.tree.velocities()]);
-            pivot.factor.finish(m.tree, &mut self.velocities);
-            pivot.ends.iter_mut().zip(&self.velocities).for_each(|(end, change)| *end += change);
-        }
-    }
-
-    /// Returns the fraction of the impulses that takes most energy from the bodies, at most a half, or 1 if all of them
-    /// together take energy.
-    fn share(&mut self, members: &[Member<'_>], contacts: &[Contact], h: f64) -> f64 {
-        self.renew(members);
-        self.rows.read(members);
-        self.push_all(1.0);
-        // With impulses l, W l their effect, and v the velocities with them: the energy given to the bodies, relative to
-        // surfaces that move, is l (v - target) - l W l / 2.
-        let (mut effect, mut given) = (0.0, 0.0);
-        for ((contact, point), impulse) in contacts.iter().zip(&self.rows.points).zip(&self.impulses) {
-            let target = [point.least_velocity(h), 0.0, 0.0];
-            for row in 0..3 {
-                let slide = if row > 0 { dot(point.axes[row], contact.slide.into()) } else { 0.0 };
-                effect += impulse[row] * self.rows.change(point, row);
-                given += impulse[row] * (point.start[row] - target[row] - slide);
-            }
-        }
-        self.rows.z.fill(0.0);
-        if given <= 0.5 * effect { 1.0 } else { (1.0 - given / effect).clamp(0.0, 0.5) }
-    }
-
-    /// Applies a multiple of all impulses to `z`.
-    fn push_all(&mut self, multiple: f64) {
-        for (i, impulse) in self.impulses.iter().enumerate() {
-            for (row, impulse) in impulse.iter().enumerate().filter(|(_, l)| **l != 0.0) {
-                self.rows.push(i, row, multiple * impulse);
-            }
-        }
-    }
-
     /// Solves all joints under the current contact forces; returns whether all laws are satisfied.
     fn solve_joints(&mut self, members: &mut [Member<'_>], h: f64) -> Result<bool, GroupError> {
         self.met.clear();
@@ -319,8 +236,7 @@ impl Group {
 
     /// Allows contacts to push joints that are held by friction or a limit: if the bodies of a contact should separate
     /// but no joint can move, the rows of its trees are computed with all joints and drives free, so that an impulse is
-    /// found. The
-    /// next round decides which joints yield.
+    /// found. The next round decides which joints yield.
     fn release(&mut self, members: &[Member<'_>], h: f64) {
         let mut stuck: Vec<usize> = (0..members.len()).filter(|i| self.yields[*i]).collect();
         for point in &self.rows.points {

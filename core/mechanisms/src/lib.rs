@@ -13,8 +13,8 @@
 //! processors: the crate adds, multiplies, divides and computes square roots in a fixed order, and uses the sine and
 //! cosine of `libm`. Each file imports only from the files before it in this order: `vector`, `spatial`, `error`,
 //! `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`,
-//! `pivot`, `step`, `solver`; `contact`, `member`, `rows`, `coupling`, `resting`, `group`. Equations, sources and limitations are in
-//! `docs/mechanisms.md`.
+//! `pivot`, `step`, `solver`; `contact`, `member`, `rows`, `coupling`, `resting`, `group` with its part `excess`.
+//! Equations, sources and limitations are in `docs/mechanisms.md`.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Matrix3, Vector3};

@@ -50,7 +50,7 @@ use rapier3d::{
     math::{Pose, Vector},
     pipeline::PhysicsWorld,
 };
-use records::{Held, Hold, JointRecord, Measured, Memory, Tied};
+use records::{Held, JointRecord, Measured, Memory, Rest, Tied};
 use respond::PairFilter;
 use shapes::ShapeCache;
 pub use state::Rapier;
@@ -186,7 +186,7 @@ impl Engine for Rapier {
             closes_loop: desc.form == JointForm::Loop,
             drive: Drive::Free,
             pursuit: 0.0,
-            hold: Hold::default(),
+            rest: Rest::default(),
             memory: Memory::default(),
             speed: 0.0,
             at_limit: false,
@@ -248,15 +248,13 @@ impl Engine for Rapier {
             self.tables.positioned.push(joint);
         }
         record.drive = drive;
-        let rested = std::mem::take(&mut record.hold).at_rest;
+        record.rest = Rest::default();
         let (stops, body) = (record.stops(), record.bodies.1);
         mark(&mut self.tables.changed, joint, record);
         if stops {
-            self.watch_hold(joint);
+            self.watch_stop(joint);
         }
-        if rested {
-            self.let_sleep(body);
-        }
+        self.unpark(body);
     }
 
     fn set_gears(&mut self, gears: &[Gear]) {
@@ -269,6 +267,9 @@ impl Engine for Rapier {
     fn measure(&mut self, joint: JointId) {
         if !self.tables.measured.iter().any(|m| m.joint == joint) {
             self.tables.measured.push(Measured::new(joint));
+            if let Some(body) = self.tables.joints.get(joint.0 as usize).and_then(|r| Some(r.as_ref()?.bodies.1)) {
+                self.unpark(body);
+            }
         }
     }
 

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use tatu_geometry::wrap_angle;
 
 use super::{
-    records::{Hold, JointRecord},
+    records::{JointRecord, Rest},
     sleep,
     state::Rapier,
 };
@@ -26,46 +26,46 @@ impl JointRecord {
 
     /// Returns whether the joint does nothing by itself: it has no drive, or one that has stopped it.
     fn is_calm(&self) -> bool {
-        let still = self.drive == Drive::Free || self.hold.at_rest;
+        let still = self.drive == Drive::Free || self.rest.at_rest;
         still && self.tied().is_none() && !self.geared && self.passive.stiffness <= 0.0
     }
 
     /// Returns whether the joint is at rest at a position, rad or m, after a step of duration `dt`, s.
-    fn hold_at(&self, position: f64, dt: f64) -> Hold {
-        let moved = self.hold.last.map(|last| match (self.kind, self.limits) {
+    fn rest_at(&self, position: f64, dt: f64) -> Rest {
+        let moved = self.rest.last.map(|last| match (self.kind, self.limits) {
             (JointKind::Revolute, None) => wrap_angle(position - last),
             _ => position - last,
         });
-        Hold { last: Some(position), at_rest: moved.is_some_and(|moved| moved.abs() < AT_REST * dt) }
+        Rest { last: Some(position), at_rest: moved.is_some_and(|moved| moved.abs() < AT_REST * dt) }
     }
 }
 
 impl Rapier {
     /// Starts to watch a joint that its drive stops.
-    pub(super) fn watch_hold(&mut self, joint: JointId) {
-        if let Err(place) = self.tables.holding.binary_search(&joint) {
-            self.tables.holding.insert(place, joint);
+    pub(super) fn watch_stop(&mut self, joint: JointId) {
+        if let Err(place) = self.tables.stopped.binary_search(&joint) {
+            self.tables.stopped.insert(place, joint);
         }
     }
 
     /// Determines which of the joints that their drives stop are at rest, and which mechanisms may sleep.
     pub(super) fn park(&mut self) {
         let dt = self.world.integration_parameters.dt;
-        let mut holding = std::mem::take(&mut self.tables.holding);
+        let mut stopped = std::mem::take(&mut self.tables.stopped);
         let mut changed = Vec::new();
-        holding.retain(|id| {
+        stopped.retain(|id| {
             let Some(record) = self.tables.joints[id.0 as usize].as_ref().filter(|r| r.stops()) else { return false };
             let (frame_a, frame_b) = self.joint_frames(record);
-            let hold = record.hold_at(record.position(&frame_a, &frame_b), dt);
+            let rest = record.rest_at(record.position(&frame_a, &frame_b), dt);
             if let Some(record) = self.tables.joints[id.0 as usize].as_mut() {
-                if record.hold.at_rest != hold.at_rest {
+                if record.rest.at_rest != rest.at_rest {
                     changed.push(record.bodies.1);
                 }
-                record.hold = hold;
+                record.rest = rest;
             }
             true
         });
-        self.tables.holding = holding;
+        self.tables.stopped = stopped;
         changed.into_iter().for_each(|body| self.let_sleep(body));
     }
 
@@ -83,6 +83,14 @@ impl Rapier {
                 self.world.wake_up(handle, true);
             }
             sleep::set_parked(&mut self.world.bodies[handle], may);
+        }
+    }
+
+    /// Wakes the mechanism of a body if it sleeps or may fall asleep, and decides anew whether it may.
+    pub(super) fn unpark(&mut self, body: BodyId) {
+        let body_of = |id| self.world.bodies.get(self.record(id)?.handle);
+        if body_of(body).is_some_and(sleep::may_sleep) {
+            self.let_sleep(body);
         }
     }
 

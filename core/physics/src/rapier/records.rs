@@ -76,7 +76,7 @@ pub(super) struct JointRecord {
     pub drive: Drive,
     /// Velocity of a position drive in the next step, rad/s or m/s.
     pub pursuit: f64,
-    pub hold: Hold,
+    pub rest: Rest,
     /// State of the controller of a position drive.
     pub memory: Memory,
     /// Velocity before the step, rad/s or m/s. It is updated only if the limit of the drive depends on speed.
@@ -138,7 +138,7 @@ pub(super) struct Memory {
 
 /// Whether a joint that its drive stops is at rest.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Hold {
+pub(super) struct Rest {
     /// Position in the last step, rad or m; `None` before the first step.
     pub last: Option<f64>,
     pub at_rest: bool,

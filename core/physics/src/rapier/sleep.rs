@@ -27,6 +27,11 @@ pub(super) fn set(body: &mut RigidBody, may: bool) {
     activation.time_until_sleep = SLEEP_TIME;
 }
 
+/// Returns whether a body may sleep.
+pub(super) fn may_sleep(body: &RigidBody) -> bool {
+    body.activation().normalized_linear_threshold >= 0.0
+}
+
 /// Sets whether a body of a parked mechanism may sleep. Its wheels creep, and a caster turns while they do.
 pub(super) fn set_parked(body: &mut RigidBody, may: bool) {
     set(body, may);

@@ -46,7 +46,7 @@ pub(super) struct Tables {
     /// Joints with a position drive.
     pub(super) positioned: Vec<JointId>,
     /// Joints that their drives stop, ascending.
-    pub(super) holding: Vec<JointId>,
+    pub(super) stopped: Vec<JointId>,
     /// Bodies that have been frozen since the last call of `quarantined`.
     pub(super) frozen: Vec<BodyId>,
     /// Whether springs must be set again, because a spring was added or the length of a sub-step changed.

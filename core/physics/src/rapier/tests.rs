@@ -7,6 +7,7 @@ mod economy;
 mod energy;
 mod faces;
 mod overlap;
+mod park;
 mod push;
 mod respond;
 mod state;
