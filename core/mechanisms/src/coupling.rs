@@ -8,24 +8,24 @@ use crate::{
 /// The velocity that each row gains per impulse along each other row: a symmetric positive semidefinite matrix.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Coupling {
-    /// Number of rows: three per contact.
+    /// Number of rows: three for each of the contacts considered.
     size: usize,
     entries: Vec<f64>,
 }
 
 impl Coupling {
-    /// Computes all responses from the current factorisation. Complexity: the square of the number of contacts, times
-    /// the depth at which their paths part.
-    pub fn update(&mut self, rows: &Rows) {
-        let count = rows.points.len();
+    /// Computes the responses of the contacts with the indices in `points` from the current factorisation. Complexity:
+    /// the square of their number, times the depth at which their paths part.
+    pub fn update(&mut self, rows: &Rows, points: &[usize]) {
+        let count = points.len();
         self.size = 3 * count;
         self.entries.clear();
         self.entries.resize(self.size * self.size, 0.0);
         for i in 0..count {
             for k in 0..=i {
                 let mut block = [[0.0; 3]; 3];
-                for a in rows.points[i].halves.iter().flatten() {
-                    for b in rows.points[k].halves.iter().flatten().filter(|b| b.member == a.member) {
+                for a in rows.points[points[i]].halves.iter().flatten() {
+                    for b in rows.points[points[k]].halves.iter().flatten().filter(|b| b.member == a.member) {
                         add_block(rows, a, b, &mut block);
                     }
                 }

@@ -187,12 +187,13 @@ impl Group {
         for round in 1..=ROUNDS {
             let met = self.solve_joints(members, h)?;
             // If no law has changed its piece, the impulses of the last sweeps still satisfy the contacts, unless they were
-            // found for joints that are released.
+            // found for joints that were assumed to yield.
             let forms = std::mem::take(&mut self.forms);
             let all = members.iter().flat_map(|m| m.solver.step.pivot.forms());
             self.forms.extend(all);
-            if self.forms == forms && !released {
-                let met = if found && !self.is_stuck() { met } else { self.dissipate(members, contacts, h)? };
+            if self.forms == forms {
+                let met =
+                    if found && !released && !self.is_stuck() { met } else { self.dissipate(members, contacts, h)? };
                 return Ok(GroupReport { rounds: round, sweeps, met });
             }
             self.renew(members);

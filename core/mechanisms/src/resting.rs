@@ -37,16 +37,20 @@ pub(crate) enum Outcome {
 /// The solver, with its memory.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Resting {
+    /// The contacts that can move; the other tables below have one entry for each of them, or for each of their rows.
+    points: Vec<usize>,
     coupling: Coupling,
-    /// Impulses of each contact along its rows, N s.
-    pub impulses: Vec<Vec3>,
+    /// Impulses along the rows of each contact, N s.
+    found: Vec<Vec3>,
     presses: Vec<bool>,
-    /// Velocities to be gained by the impulses, m/s, for all rows.
+    /// Velocities to be gained by the impulses, m/s.
     wanted: Vec<f64>,
     active: Vec<usize>,
     /// Lower triangle of the factor of the active rows, by rows.
     factor: Vec<f64>,
     step: Vec<f64>,
+    /// Impulses of all contacts, N s: those found, and those given for contacts that cannot move.
+    pub impulses: Vec<Vec3>,
 }
 
 impl Resting {
@@ -58,21 +62,23 @@ impl Resting {
     /// Finds the impulses under which all contacts rest at the end of a step of duration `h`, s. `start` are the
     /// impulses that `rows` already includes. Contacts that cannot move keep theirs. The tolerance is a velocity, m/s.
     pub fn solve(&mut self, rows: &Rows, contacts: &[Contact], start: &[Vec3], h: f64, tolerance: f64) -> Outcome {
-        self.coupling.update(rows);
+        self.points.clear();
+        self.points.extend((0..rows.points.len()).filter(|i| rows.points[*i].normal > 0.0));
+        self.coupling.update(rows, &self.points);
         self.want(rows, contacts, start, h);
         self.presses.clear();
-        let presses = |(i, l): (usize, &Vec3)| rows.points[i].normal > 0.0 && (l[0] > 0.0 || self.wanted[3 * i] > 0.0);
-        self.presses.extend(start.iter().enumerate().map(presses));
+        let presses = |(i, point): (usize, &usize)| start[*point][0] > 0.0 || self.wanted[3 * i] > 0.0;
+        self.presses.extend(self.points.iter().enumerate().map(presses));
         for _ in 0..TRIES {
             self.activate(rows, contacts);
             if !self.factorize() || !self.iterate(tolerance) {
                 return Outcome::Fails;
             }
-            if !self.pivot(rows, tolerance) {
+            if !self.pivot(tolerance) {
                 let outcome = self.limit(contacts);
-                for (i, _) in rows.points.iter().enumerate().filter(|(_, p)| p.normal == 0.0) {
-                    self.impulses[i] = start[i];
-                }
+                self.impulses.clear();
+                self.impulses.extend_from_slice(start);
+                self.points.iter().zip(&self.found).for_each(|(point, found)| self.impulses[*point] = *found);
                 return outcome;
             }
         }
@@ -82,15 +88,14 @@ impl Resting {
     /// Computes the velocities that the impulses must add to those without any impulse.
     fn want(&mut self, rows: &Rows, contacts: &[Contact], start: &[Vec3], h: f64) {
         self.wanted.clear();
-        for (i, (point, contact)) in rows.points.iter().zip(contacts).enumerate() {
+        for (i, &p) in self.points.iter().enumerate() {
+            let (point, contact) = (&rows.points[p], &contacts[p]);
             let slide = |row: usize| crate::vector::dot(point.axes[row], contact.slide.into());
             let target = [point.least_velocity(h), slide(1), slide(2)];
             for (row, target) in target.into_iter().enumerate() {
                 let responses = self.coupling.row(3 * i + row);
-                let given: f64 = (0..rows.points.len())
-                    .filter(|k| rows.points[*k].normal > 0.0)
-                    .map(|k| (0..3).map(|r| responses[3 * k + r] * start[k][r]).sum::<f64>())
-                    .sum();
+                let effect = |(w, p): (&[f64], &usize)| (0..3).map(|r| w[r] * start[*p][r]).sum::<f64>();
+                let given: f64 = responses.chunks_exact(3).zip(&self.points).map(effect).sum();
                 self.wanted.push(target - point.start[row] + given);
             }
         }
@@ -98,7 +103,8 @@ impl Resting {
 
     fn activate(&mut self, rows: &Rows, contacts: &[Contact]) {
         self.active.clear();
-        for (i, (point, contact)) in rows.points.iter().zip(contacts).enumerate().filter(|(i, _)| self.presses[*i]) {
+        for (i, &p) in self.points.iter().enumerate().filter(|(i, _)| self.presses[*i]) {
+            let (point, contact) = (&rows.points[p], &contacts[p]);
             self.active.push(3 * i);
             if contact.friction > 0.0 && point.tangents[0] + point.tangents[2] > 0.0 {
                 self.active.extend([3 * i + 1, 3 * i + 2]);
@@ -133,8 +139,8 @@ impl Resting {
     /// Finds the impulses of the active rows; returns false if they do not reach the tolerance.
     fn iterate(&mut self, tolerance: f64) -> bool {
         let n = self.active.len();
-        self.impulses.clear();
-        self.impulses.resize(self.presses.len(), [0.0; 3]);
+        self.found.clear();
+        self.found.resize(self.presses.len(), [0.0; 3]);
         for _ in 0..ITERATIONS {
             let mut step = std::mem::take(&mut self.step);
             step.clear();
@@ -156,7 +162,7 @@ impl Resting {
                 }
             }
             for (i, step) in self.active.iter().zip(&self.step) {
-                self.impulses[i / 3][i % 3] += step;
+                self.found[i / 3][i % 3] += step;
             }
         }
         self.active.iter().all(|i| self.missing(*i).abs() <= tolerance)
@@ -164,16 +170,16 @@ impl Resting {
 
     /// Returns by how much the velocity of a row falls short of the one wanted, m/s.
     fn missing(&self, row: usize) -> f64 {
-        let given: f64 = self.coupling.row(row).iter().zip(self.impulses.iter().flatten()).map(|(w, l)| w * l).sum();
+        let given: f64 = self.coupling.row(row).iter().zip(self.found.iter().flatten()).map(|(w, l)| w * l).sum();
         self.wanted[row] - given
     }
 
     /// Releases contacts that pull, and adds those that would be penetrated; returns whether any has changed.
-    fn pivot(&mut self, rows: &Rows, tolerance: f64) -> bool {
+    fn pivot(&mut self, tolerance: f64) -> bool {
         let mut changed = false;
-        for i in (0..self.presses.len()).filter(|i| rows.points[*i].normal > 0.0) {
+        for i in 0..self.presses.len() {
             let wrong = match self.presses[i] {
-                true => self.impulses[i][0] < 0.0,
+                true => self.found[i][0] < 0.0,
                 false => self.missing(3 * i) > tolerance,
             };
             if wrong {
@@ -187,8 +193,8 @@ impl Resting {
     /// Limits friction to its bound.
     fn limit(&mut self, contacts: &[Contact]) -> Outcome {
         let mut outcome = Outcome::Rests;
-        for (contact, impulse) in contacts.iter().zip(&mut self.impulses) {
-            let bound = contact.friction * impulse[0];
+        for (point, impulse) in self.points.iter().zip(&mut self.found) {
+            let bound = contacts[*point].friction * impulse[0];
             let size = (impulse[1] * impulse[1] + impulse[2] * impulse[2]).sqrt();
             if size > bound * (1.0 + ROUNDING) {
                 let share = bound / size;
@@ -201,7 +207,8 @@ impl Resting {
 
     /// Returns the greatest change of a row's velocity by a change of the impulses from `start`, m/s.
     pub fn effect(&self, start: &[Vec3]) -> f64 {
-        let changes = || self.impulses.iter().flatten().zip(start.iter().flatten()).map(|(new, old)| new - old);
+        let before = || self.points.iter().flat_map(|p| &start[*p]);
+        let changes = || self.found.iter().flatten().zip(before()).map(|(new, old)| new - old);
         let effect = |row: usize| -> f64 { self.coupling.row(row).iter().zip(changes()).map(|(w, l)| w * l).sum() };
         (0..self.wanted.len()).map(|row| effect(row).abs()).fold(0.0, f64::max)
     }
