@@ -200,3 +200,25 @@ fn a_folder_comes_with_all_its_files() {
     assert_eq!(files("room-2"), (true, true, false));
     assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
 }
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_folder_is_sent_again_if_the_connection_was_lost() {
+    let place = Place::new();
+    let room = room(&place);
+    place.write("work/.keep", "");
+    let served = Served::new(&place.path().join("work"), &["open", "--no-browser"]);
+    let mut page = Page::open(&browser(), &served.url);
+    page.until("document.getElementById('dialog')?.open");
+    // The connection is closed in place of the first request for a folder.
+    page.js("{ const { send } = WebSocket.prototype;
+           WebSocket.prototype.send = function (text) {
+             if (!String(text).includes('\"folder\"')) return send.call(this, text);
+             WebSocket.prototype.send = send;
+             this.close();
+           }; }");
+    page.drop_files([600.0, 300.0], &[room]);
+    page.until("document.getElementById('output').textContent.includes('files are in dropped/room')");
+    page.until("import('tatu/store').then((s) => [...s.scene.objects.values()].some((o) => o.alias === 'lamp'))");
+    assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
+}

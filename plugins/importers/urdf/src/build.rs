@@ -9,12 +9,11 @@ use tatu_plugin_api::{
     abi::{TATU_REPORT_NOTE, TATU_REPORT_WARNING},
     safe::{Builder, Fail, Node, Params, Result, Value},
 };
-use urdf_rs::{Geometry, Joint, JointType, Robot};
 
 use crate::{
     form::{Form, Meshes, Solid, place},
     mass::Mass,
-    outline::Outline,
+    robot::{Joint, Kind, Part, Robot},
     tree::{Body, Tree, finite, pose},
 };
 
@@ -52,33 +51,32 @@ type Named = (Solid, String, Option<[f64; 3]>);
 struct Work<'w, 'b> {
     builder: &'w Builder<'b>,
     robot: &'w Robot,
-    outline: &'w Outline,
     settings: &'w Settings,
     meshes: Meshes,
 }
 
 /// Builds the robot, starting with the body of the root link.
-pub fn robot(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree, settings: &Settings) -> Result {
-    let masses: Vec<Mass> = tree.bodies.iter().map(|b| mass(b, robot, outline)).collect::<Result<_>>()?;
+pub fn robot(builder: &Builder<'_>, robot: &Robot, tree: &Tree, settings: &Settings) -> Result {
+    let masses: Vec<Mass> = tree.bodies.iter().map(|b| mass(b, robot)).collect::<Result<_>>()?;
     let total: f64 = masses.iter().map(|m| m.mass).sum();
-    let mut work = Work { builder, robot, outline, settings, meshes: Meshes::default() };
+    let mut work = Work { builder, robot, settings, meshes: Meshes::default() };
     let mut nodes: Vec<Node<'_>> = Vec::with_capacity(tree.bodies.len());
     for (i, body) in tree.bodies.iter().enumerate() {
         let mut parent = None;
         if let Some((j, above, frame)) = &body.joint {
-            let line = outline.joints[*j].line;
-            let made = joint(builder, nodes[*above], &robot.joints[*j], frame, settings, line);
-            let made = made.map_err(|e| located(e, line))?;
+            let source = &robot.joints[*j];
+            let made = joint(builder, nodes[*above], source, frame, settings);
+            let made = made.map_err(|e| located(e, source.line))?;
             if is_geared(robot, *j) {
-                steady(builder, made, &robot.joints[*j], body, &masses[i])?;
+                steady(builder, made, source, body, &masses[i])?;
             }
             parent = Some(made);
         }
-        let line = outline.links[body.links[0].0].line;
+        let line = robot.links[body.links[0].0].line;
         let node = work.body(body, parent, &masses[i], total);
         nodes.push(node.map_err(|e| located(e, line))?);
     }
-    tell(builder, robot, outline, tree);
+    tell(builder, robot, tree);
     Ok(())
 }
 
@@ -92,10 +90,8 @@ fn alias(name: &str) -> String {
     name.replace('/', "_")
 }
 
-fn mass(body: &Body, robot: &Robot, outline: &Outline) -> Result<Mass> {
-    body.links.iter().try_fold(Mass::NONE, |sum, (link, frame)| {
-        Ok(sum.plus(&Mass::of(&robot.links[*link], frame, outline.links[*link].line)?))
-    })
+fn mass(body: &Body, robot: &Robot) -> Result<Mass> {
+    body.links.iter().try_fold(Mass::NONE, |sum, (link, frame)| Ok(sum.plus(&Mass::of(&robot.links[*link], frame)?)))
 }
 
 fn joint<'a>(
@@ -104,19 +100,18 @@ fn joint<'a>(
     joint: &Joint,
     frame: &Isometry3<f64>,
     settings: &Settings,
-    line: u64,
 ) -> Result<Node<'a>> {
-    let limit = &joint.limit;
+    let (limit, line) = (&joint.limit, joint.line);
     let what = format!("limit of the joint `{}`", joint.name);
     if [limit.lower, limit.upper, limit.effort, limit.velocity].iter().any(|x| x.is_nan()) {
         return Err(Fail::argument(format!("{what}: a value is NaN")).at("", line));
     }
-    let slides = joint.joint_type == JointType::Prismatic;
+    let slides = joint.kind == Kind::Prismatic;
     let node = builder.object("joint", Some(parent), &alias(&joint.name))?;
     let node = place(node, frame)?
         .set("joint.type", if slides { "prismatic" } else { "revolute" })?
         .set("joint.mode", "dynamic")?;
-    if joint.joint_type != JointType::Continuous && (limit.lower.is_finite() || limit.upper.is_finite()) {
+    if joint.kind != Kind::Continuous && (limit.lower.is_finite() || limit.upper.is_finite()) {
         if limit.lower > limit.upper {
             let text = format!("{what}: `lower` is {}, but `upper` is {}", limit.lower, limit.upper);
             return Err(Fail::argument(text).help("`lower` must not be greater than `upper`").at("", line));
@@ -167,8 +162,8 @@ fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mas
     let centre = body.below * nalgebra::Point3::from(mass.com);
     // A uniform rod is twice as long as the distance from its end to its centre of mass.
     let length = 2.0 * centre.coords.xy().norm();
-    let (armature, unit) = match joint.joint_type {
-        JointType::Prismatic => (ROTOR, "kg"),
+    let (armature, unit) = match joint.kind {
+        Kind::Prismatic => (ROTOR, "kg"),
         _ => (ROTOR * length * length, "kg m^2"),
     };
     node.set("joint.armature", armature)?;
@@ -216,17 +211,15 @@ impl<'b> Work<'_, 'b> {
     fn solids(&mut self, body: &Body, node: Node<'b>, seen: bool) -> Result<Vec<Named>> {
         let mut out = Vec::new();
         for (link, frame) in &body.links {
-            let (link, line) = (&self.robot.links[*link], self.outline.links[*link].line);
-            let (role, count) = if seen { ("visual", link.visual.len()) } else { ("collision", link.collision.len()) };
-            for i in 0..count {
-                let (origin, geometry, color): (_, &Geometry, _) = match seen {
-                    true => (&link.visual[i].origin, &link.visual[i].geometry, self.color(&link.visual[i])),
-                    false => (&link.collision[i].origin, &link.collision[i].geometry, None),
-                };
+            let link = &self.robot.links[*link];
+            let line = link.line;
+            let (role, parts) = if seen { ("visual", &link.visuals) } else { ("collision", &link.collisions) };
+            for (i, part) in parts.iter().enumerate() {
+                let color = self.color(part);
                 let what = format!("{role} of the link `{}`", link.name);
-                let at = frame * pose(origin, &what, line)?;
+                let at = frame * pose(&part.origin, &what, line)?;
                 let source = (self.builder, self.settings.package_root.as_str());
-                match Solid::read(geometry, at, &what, line, &mut self.meshes, source)? {
+                match Solid::read(&part.geometry, at, &what, line, &mut self.meshes, source)? {
                     Ok(solid) => {
                         let number = if i == 0 { String::new() } else { format!("_{i}") };
                         out.push((solid, alias(&format!("{}_{role}{number}", link.name)), color));
@@ -242,11 +235,11 @@ impl<'b> Work<'_, 'b> {
     }
 
     /// Returns the visual's own color, or that of the robot's material with the same name.
-    fn color(&self, visual: &urdf_rs::Visual) -> Option<[f64; 3]> {
+    fn color(&self, visual: &Part) -> Option<[f64; 3]> {
         let material = visual.material.as_ref()?;
-        let named = || self.robot.materials.iter().find(|m| m.name == material.name).and_then(|m| m.color.as_ref());
-        let color = material.color.as_ref().or_else(named)?;
-        Some([0, 1, 2].map(|i| color.rgba[i].clamp(0.0, 1.0)).map(|x| if x.is_nan() { 0.7 } else { x }))
+        let named = || self.robot.materials.iter().find(|m| m.name == material.name).and_then(|m| m.color);
+        let color = material.color.or_else(named)?;
+        Some([0, 1, 2].map(|i| color[i].clamp(0.0, 1.0)).map(|x| if x.is_nan() { 0.7 } else { x }))
     }
 
     fn collide(&self, body: &Body, node: Node<'b>, solids: &[Named]) -> Result {
@@ -265,8 +258,7 @@ impl<'b> Work<'_, 'b> {
             let text = "a collision mesh in a link with other collision geometry is replaced by its bounding box";
             self.builder.report(TATU_REPORT_WARNING, Some(node), text);
         }
-        let rolls =
-            body.joint.as_ref().is_some_and(|(j, ..)| self.robot.joints[*j].joint_type == JointType::Continuous);
+        let rolls = body.joint.as_ref().is_some_and(|(j, ..)| self.robot.joints[*j].kind == Kind::Continuous);
         let part = |solid: &Solid| match self.ball(body, solid).filter(|_| rolls && self.settings.wheels_as_balls) {
             Some(ball) => ball.part(),
             None => solid.part(),
@@ -315,18 +307,19 @@ impl<'b> Work<'_, 'b> {
 }
 
 /// Reports the joints and elements of the file that are not supported.
-fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
+fn tell(builder: &Builder<'_>, robot: &Robot, tree: &Tree) {
     let warn = |text: String| builder.report(TATU_REPORT_WARNING, None, &text);
     for j in &tree.stiffened {
         let joint = &robot.joints[*j];
-        let kind = format!("{:?}", joint.joint_type).to_lowercase();
-        warn(format!(
-            "line {}: the joint `{}` has the type {kind}, which is not supported; it is treated as fixed",
-            outline.joints[*j].line, joint.name
-        ));
+        if let Kind::Other(kind) = joint.kind {
+            warn(format!(
+                "line {}: the joint `{}` has the type {kind}, which is not supported; it is treated as fixed",
+                joint.line, joint.name
+            ));
+        }
     }
-    if !outline.others.is_empty() {
-        let list: Vec<_> = outline.others.iter().map(|(n, c)| format!("{c} x <{n}>")).collect();
+    if !robot.others.is_empty() {
+        let list: Vec<_> = robot.others.iter().map(|(n, c)| format!("{c} x <{n}>")).collect();
         warn(format!("ignored: {}", list.join(", ")));
     }
 }

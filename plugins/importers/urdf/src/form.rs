@@ -5,9 +5,8 @@ use std::{collections::BTreeMap, rc::Rc};
 use nalgebra::{Isometry3, Rotation3, Vector3};
 use tatu_importers_common::{Piece, Shapes};
 use tatu_plugin_api::safe::{Builder, Fail, Node, Result, Value};
-use urdf_rs::Geometry;
 
-use crate::{mesh, tree::finite};
+use crate::{mesh, robot::Geometry, tree::finite};
 
 /// A validated geometry, placed in the frame of a body.
 #[derive(Debug, Clone)]
@@ -58,8 +57,8 @@ impl Solid {
         };
         let form = match geometry {
             Geometry::Box { size } => {
-                positive(&size[..])?;
-                Form::Primitive("box", size.0)
+                positive(size)?;
+                Form::Primitive("box", *size)
             }
             Geometry::Sphere { radius } => {
                 positive(&[*radius])?;
@@ -75,7 +74,7 @@ impl Solid {
                 Form::Primitive("capsule", [2.0 * radius, 2.0 * radius, length + 2.0 * radius])
             }
             Geometry::Mesh { filename, scale } => {
-                let scale = scale.map_or([1.0; 3], |s| s.0);
+                let scale = scale.unwrap_or([1.0; 3]);
                 finite(&scale, what, line)?;
                 match meshes.get(filename, scale, source) {
                     Ok(mesh) => Form::Mesh(mesh),

@@ -1,15 +1,17 @@
 //! Importer for robots in URDF files.
 //!
-//! `outline` determines the lines of elements and rejects invalid XML, `tree` checks how links and joints are connected
-//! and merges links that are fixed to each other into bodies, `mass` combines their masses, `mesh` reads mesh files,
-//! `form` converts geometries, `build` creates the objects.
+//! `xml` parses the file, `read` reads the `robot` in it, `tree` checks how links and joints are connected and merges
+//! links that are fixed to each other into bodies, `mass` combines their masses, `mesh` reads mesh files, `form` converts
+//! geometries, `build` creates the objects.
 
 mod build;
 mod form;
 mod mass;
 mod mesh;
-mod outline;
+mod read;
+mod robot;
 mod tree;
+mod xml;
 
 use tatu_plugin_api::{
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
@@ -82,10 +84,9 @@ impl Importer for Urdf {
             let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
             Fail::argument("the file is not UTF-8 text").at("", line as u64)
         })?;
-        let outline = outline::read(text)?;
-        let robot = outline.parse(text)?;
-        let tree = tree::Tree::new(&robot, &outline)?;
-        build::robot(builder, &robot, &outline, &tree, &build::Settings::read(params, &robot, &tree)?)
+        let robot = read::robot(text)?;
+        let tree = tree::Tree::new(&robot)?;
+        build::robot(builder, &robot, &tree, &build::Settings::read(params, &robot, &tree)?)
     }
 }
 

@@ -2,9 +2,11 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use tatu_plugin_api::safe::{Fail, Result};
-use urdf_rs::Link;
 
-use crate::tree::{finite, pose};
+use crate::{
+    robot::Link,
+    tree::{finite, pose},
+};
 
 /// Mass (kg), centre of mass (m) and inertia about the centre of mass (kg m^2), in the frame of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,11 +25,11 @@ impl Mass {
     };
 
     /// Returns the mass of a link whose frame in the body is `frame`.
-    pub fn of(link: &Link, frame: &Isometry3<f64>, line: u64) -> Result<Mass> {
+    pub fn of(link: &Link, frame: &Isometry3<f64>) -> Result<Mass> {
         let what = format!("inertial of the link `{}`", link.name);
-        let i = &link.inertial.inertia;
-        let mass = link.inertial.mass.value;
-        finite(&[mass, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], &what, line)?;
+        let (line, mass) = (link.line, link.inertial.mass);
+        let [xx, xy, xz, yy, yz, zz] = link.inertial.inertia;
+        finite(&[mass, xx, xy, xz, yy, yz, zz], &what, line)?;
         if mass < 0.0 {
             return Err(Fail::argument(format!("{what}: the mass {mass} kg is negative")).at("", line));
         }
@@ -36,7 +38,7 @@ impl Mass {
         }
         let at = frame * pose(&link.inertial.origin, &what, line)?;
         let turn = at.rotation.to_rotation_matrix();
-        let own = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+        let own = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
         Ok(Mass { mass, com: at.translation.vector, inertia: turn.matrix() * own * turn.matrix().transpose() })
     }
 

@@ -7,11 +7,9 @@ use super::*;
 const ROBOT: &[u8] = include_bytes!("../robot.urdf");
 
 /// Runs the importer up to the creation of objects.
-fn read(bytes: &[u8]) -> Result<usize> {
+fn bodies(bytes: &[u8]) -> Result<usize> {
     let text = std::str::from_utf8(bytes).map_err(|_| Fail::new("not text"))?;
-    let outline = outline::read(text)?;
-    let robot = outline.parse(text)?;
-    Ok(tree::Tree::new(&robot, &outline)?.bodies.len())
+    Ok(tree::Tree::new(&read::robot(text)?)?.bodies.len())
 }
 
 /// Returns a chain of links; `joint` is the type of its joints.
@@ -28,7 +26,7 @@ fn chain(links: usize, joint: &str) -> String {
 
 #[test]
 fn our_robot_has_three_bodies() {
-    assert_eq!(read(ROBOT).unwrap(), 3);
+    assert_eq!(bodies(ROBOT).unwrap(), 3);
     assert!(Urdf::sniff(ROBOT) > 50 && Urdf::sniff(b"<sdf><robot/></sdf>") == 0 && Urdf::sniff(b"format = 1") == 0);
     assert!(Urdf::sniff(b"\xEF\xBB\xBF<?xml version='1.0'?><!-- <a> --><robot>") > 50);
 }
@@ -37,21 +35,21 @@ fn our_robot_has_three_bodies() {
 fn every_cut_is_an_error() {
     let end = ROBOT.windows(8).rposition(|w| w == b"</robot>").unwrap() + 8;
     for n in (0..end).step_by(64).chain(end - 20..end) {
-        let e = read(&ROBOT[..n]).expect_err("a truncated file is an error");
+        let e = bodies(&ROBOT[..n]).expect_err("a truncated file is an error");
         assert!(!e.text().is_empty() && !e.text().contains("panic"), "{n}: {e}");
     }
 }
 
 #[test]
 fn depth_and_length_have_limits() {
-    assert_eq!(read(chain(200, "continuous").as_bytes()).unwrap(), 200);
-    assert_eq!(read(chain(200, "fixed").as_bytes()).unwrap(), 1);
-    let e = read(chain(1000, "fixed").as_bytes()).unwrap_err();
+    assert_eq!(bodies(chain(200, "continuous").as_bytes()).unwrap(), 200);
+    assert_eq!(bodies(chain(200, "fixed").as_bytes()).unwrap(), 1);
+    let e = bodies(chain(1000, "fixed").as_bytes()).unwrap_err();
     assert!(e.text().contains("longer than 256"), "{e}");
     let deep = format!("<robot>{}{}</robot>", "<a>".repeat(100_000), "</a>".repeat(100_000));
-    assert!(read(deep.as_bytes()).unwrap_err().text().contains("64 levels deep"));
+    assert!(bodies(deep.as_bytes()).unwrap_err().text().contains("64 levels deep"));
     let doctype = "<!DOCTYPE r [<!ENTITY a \"aaaa\">]><robot name=\"&a;\"><link name=\"x\"/></robot>";
-    assert!(read(doctype.as_bytes()).unwrap_err().text().contains("document type"));
+    assert!(bodies(doctype.as_bytes()).unwrap_err().text().contains("document type"));
 }
 
 #[test]
@@ -62,7 +60,7 @@ fn rings_and_pieces_are_told() {
             format!("<joint name=\"j{i}\" type=\"fixed\"><parent link=\"{p}\"/><child link=\"{c}\"/></joint>")
         };
         let joints: String = joints.iter().enumerate().map(joint).collect();
-        read(format!("<robot name=\"r\">{links}{joints}</robot>").as_bytes())
+        bodies(format!("<robot name=\"r\">{links}{joints}</robot>").as_bytes())
     };
     let fails = |r: Result<usize>, word: &str| {
         let e = r.unwrap_err();
@@ -80,7 +78,7 @@ fn rings_and_pieces_are_told() {
 proptest! {
     #[test]
     fn any_bytes_are_answered(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        let _ = read(&bytes);
+        let _ = bodies(&bytes);
     }
 
     /// A valid robot with one changed byte results in a robot or an error.
@@ -88,6 +86,6 @@ proptest! {
     fn any_change_is_answered(at in 0..ROBOT.len(), to in 32u8..127) {
         let mut bytes = ROBOT.to_vec();
         bytes[at] = to;
-        let _ = read(&bytes);
+        let _ = bodies(&bytes);
     }
 }

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use tatu_plugin_api::safe::{Fail, Result};
-use urdf_rs::{Joint, JointType, Pose, Robot};
 
-use crate::outline::Outline;
+use crate::robot::{Joint, Kind, Pose, Robot};
 
 /// Maximum number of joints from the root to a leaf.
 const MOST_DEPTH: usize = 256;
@@ -43,15 +42,15 @@ pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
 
 /// Validates and converts a pose in the file; `what` names it in errors.
 pub fn pose(p: &Pose, what: &str, line: u64) -> Result<Isometry3<f64>> {
-    finite(&p.xyz[..], what, line)?;
-    finite(&p.rpy[..], what, line)?;
-    let [r, p_, y] = p.rpy.0;
-    Ok(Isometry3::from_parts(Translation3::from(Vector3::from(p.xyz.0)), UnitQuaternion::from_euler_angles(r, p_, y)))
+    finite(&p.xyz, what, line)?;
+    finite(&p.rpy, what, line)?;
+    let [r, p_, y] = p.rpy;
+    Ok(Isometry3::from_parts(Translation3::from(Vector3::from(p.xyz)), UnitQuaternion::from_euler_angles(r, p_, y)))
 }
 
 /// Returns the rotation that maps the z axis to the joint's axis.
-fn to_axis(joint: &Joint, line: u64) -> Result<UnitQuaternion<f64>> {
-    let axis = Vector3::from(joint.axis.xyz.0);
+fn to_axis(joint: &Joint) -> Result<UnitQuaternion<f64>> {
+    let (axis, line) = (Vector3::from(joint.axis), joint.line);
     finite(axis.as_slice(), &format!("axis of the joint `{}`", joint.name), line)?;
     let Some(axis) = axis.try_normalize(1e-9) else {
         return Err(Fail::argument(format!("the axis of the joint `{}` is 0 0 0", joint.name))
@@ -65,15 +64,15 @@ fn to_axis(joint: &Joint, line: u64) -> Result<UnitQuaternion<f64>> {
 
 impl Tree {
     /// Checks the tree and merges links into bodies.
-    pub fn new(robot: &Robot, outline: &Outline) -> Result<Tree> {
+    pub fn new(robot: &Robot) -> Result<Tree> {
         let mut by_name: BTreeMap<&str, usize> = BTreeMap::new();
         for (i, link) in robot.links.iter().enumerate() {
-            let line = outline.links[i].line;
+            let line = link.line;
             if link.name.is_empty() {
                 return Err(Fail::argument("a link has no name").at("", line));
             }
             if let Some(first) = by_name.insert(&link.name, i) {
-                let first = outline.links[first].line;
+                let first = robot.links[first].line;
                 return Err(Fail::argument(format!("two links are named `{}`, the first in line {first}", link.name))
                     .at("", line));
             }
@@ -83,7 +82,7 @@ impl Tree {
         let mut above: Vec<Option<usize>> = vec![None; robot.links.len()];
         let mut below: Vec<Vec<(usize, usize)>> = vec![Vec::new(); robot.links.len()];
         for (i, joint) in robot.joints.iter().enumerate() {
-            let line = outline.joints[i].line;
+            let line = joint.line;
             if names.insert(&joint.name, i).is_some() || joint.name.is_empty() {
                 return Err(
                     Fail::argument(format!("the joint name `{}` is empty or not unique", joint.name)).at("", line)
@@ -98,7 +97,7 @@ impl Tree {
                     .at("", line)
                 })
             };
-            let (parent, child) = (find(&joint.parent.link, "parent")?, find(&joint.child.link, "child")?);
+            let (parent, child) = (find(&joint.parent, "parent")?, find(&joint.child, "child")?);
             if parent == child {
                 return Err(
                     Fail::argument(format!("the joint `{}` connects a link to itself", joint.name)).at("", line)
@@ -106,8 +105,7 @@ impl Tree {
             }
             if let Some(other) = above[child].replace(i) {
                 let other = &robot.joints[other].name;
-                let text =
-                    format!("the link `{}` has two parent joints, `{other}` and `{}`", joint.child.link, joint.name);
+                let text = format!("the link `{}` has two parent joints, `{other}` and `{}`", joint.child, joint.name);
                 return Err(Fail::argument(text).help("in a tree, a link has exactly one parent joint").at("", line));
             }
             below[parent].push((i, child));
@@ -118,14 +116,14 @@ impl Tree {
             [] if robot.links.is_empty() => return Err(Fail::argument("the robot has no links").at("", 1)),
             [] => {
                 return Err(Fail::argument("the joints form a loop: every link has a parent joint")
-                    .at("", outline.joints[0].line));
+                    .at("", robot.joints[0].line));
             }
             [first, second, ..] => {
                 let [a, b] = [&robot.links[*first].name, &robot.links[*second].name];
                 return Err(Fail::argument(format!(
                     "the robot is not connected: neither `{a}` nor `{b}` has a parent joint"
                 ))
-                .at("", outline.links[*second].line));
+                .at("", robot.links[*second].line));
             }
         };
         let mut tree = Tree { bodies: Vec::new(), stiffened: Vec::new() };
@@ -139,23 +137,23 @@ impl Tree {
         let mut open = std::collections::VecDeque::from([(root, 0, Isometry3::identity(), 0)]);
         while let Some((link, body, frame, depth)) = open.pop_front() {
             for (j, child) in &below[link] {
-                let (joint, line) = (&robot.joints[*j], outline.joints[*j].line);
+                let joint = &robot.joints[*j];
+                let line = joint.line;
                 seen += 1;
                 if depth >= MOST_DEPTH {
                     return Err(Fail::argument(format!("the chain of joints is longer than {MOST_DEPTH}")).at("", line));
                 }
                 let origin = frame * pose(&joint.origin, &format!("origin of the joint `{}`", joint.name), line)?;
-                let moves =
-                    matches!(joint.joint_type, JointType::Revolute | JointType::Continuous | JointType::Prismatic);
+                let moves = matches!(joint.kind, Kind::Revolute | Kind::Continuous | Kind::Prismatic);
                 if !moves {
-                    if joint.joint_type != JointType::Fixed {
+                    if joint.kind != Kind::Fixed {
                         tree.stiffened.push(*j);
                     }
                     tree.bodies[body].links.push((*child, origin));
                     open.push_back((*child, body, origin, depth + 1));
                     continue;
                 }
-                let turn = to_axis(joint, line)?;
+                let turn = to_axis(joint)?;
                 tree.bodies.push(Body {
                     links: vec![(*child, Isometry3::identity())],
                     joint: Some((*j, body, origin * turn)),
@@ -170,14 +168,14 @@ impl Tree {
                 "the link `{}` cannot be reached from the root: joints above it form a loop",
                 robot.links[lost].name
             ))
-            .at("", outline.links[lost].line));
+            .at("", robot.links[lost].line));
         }
         Ok(tree)
     }
 
     /// Returns whether a joint's child is part of a body.
     fn reaches(&self, robot: &Robot, joint: usize) -> bool {
-        let child = &robot.joints[joint].child.link;
+        let child = &robot.joints[joint].child;
         self.bodies.iter().flat_map(|b| &b.links).any(|(l, _)| robot.links[*l].name == *child)
     }
 }

@@ -4,8 +4,8 @@
 /** @import { ToPage } from "tatu/protocol" */
 
 /**
- * The error of a failed call, and advice on how to fix it.
- * @typedef {{ error: string, help?: string }} Failure
+ * The error of a failed call, and advice on how to fix it; `lost`: it failed because there was no connection.
+ * @typedef {{ error: string, help?: string, lost?: boolean }} Failure
  */
 
 /**
@@ -64,7 +64,7 @@ export class Calls {
     const all = [...this.#waiting.values()];
     this.#waiting.clear();
     for (const { what, bad } of all) {
-      bad({ error: `the connection was lost before the program answered ${what}`, help: "check whether it was done, and repeat it if not" });
+      bad({ error: `the connection was lost before the program answered ${what}`, help: "check whether it was done, and repeat it if not", lost: true });
     }
   }
 

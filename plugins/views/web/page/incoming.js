@@ -6,7 +6,7 @@ import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
 import { edit } from "tatu/edits";
 import { openScene } from "tatu/gallery";
-import { ask, upload } from "tatu/net";
+import { ask, persistently, upload } from "tatu/net";
 import { line, tell } from "tatu/output";
 import { mayLeave } from "tatu/saving";
 import { rights, scene } from "tatu/store";
@@ -93,13 +93,17 @@ async function takeTogether(all, title) {
   if (wanted === null) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml, .ttt or .urdf" };
   if (!(await mayLeave())) return;
   const plain = (inOne ? first : title).replace(/\.zip$/i, "").replace(/[^\p{L}\p{N} ._()+-]/gu, "_").replace(/^\.+/, "");
-  const [folder] = await ask({ type: "folder", name: plain || "scene" }, `the folder ${title}`);
-  let opened = "";
-  for (const [i, { file }] of files.entries()) {
-    const name = names[i] ?? "";
-    const made = await upload(file, name, folder);
-    if (name === wanted) opened = made;
-  }
+  // The program links the folder to the connection, so after a loss, all files are sent again.
+  const [folder, opened] = await persistently(async () => {
+    const [own] = await ask({ type: "folder", name: plain || "scene" }, `the folder ${title}`);
+    let first = "";
+    for (const [i, { file }] of files.entries()) {
+      const name = names[i] ?? "";
+      const made = await upload(file, name, own);
+      if (name === wanted) first = made;
+    }
+    return [own, first];
+  });
   line("Status", `${files.length} files are in ${folder}`);
   await openScene(opened, true);
 }
@@ -111,7 +115,7 @@ async function takeTogether(all, title) {
 async function takeOne({ name, file }) {
   const isModel = /\.(ttm|urdf)$/i.test(name) && scene.objects.size > 0;
   if (!isModel && !(await mayLeave())) return;
-  const made = await upload(file);
+  const made = await persistently(() => upload(file));
   if (isModel) await edit(`Add ${name.replace(/\.\w+$/, "")}`, [["sim.loadModel", made]]);
   else await openScene(made, true);
 }

@@ -1,7 +1,7 @@
 // @ts-check
 // The connection to the program. Sends requests, and passes received messages to the handlers of their kind.
 
-import { Calls } from "tatu/calls";
+import { Calls, failure } from "tatu/calls";
 import { BINARY } from "tatu/parse";
 
 /** @import { FromPage, ToPage } from "tatu/protocol" */
@@ -25,6 +25,8 @@ let socket = null;
 /** The id of the program instance that the page was connected to last. A restarted program has a different id. */
 let program = "";
 const calls = new Calls();
+/** Called at the next connection. @type {((value: unknown) => void)[]} */
+const waiting = [];
 
 /**
  * Calls `f` with each message of a kind. The kind of a text message is its `type`; other kinds are "frame", "mesh",
@@ -79,7 +81,7 @@ export async function ask(message, what) {
  * @param {string} help
  */
 function needConnection(result, help) {
-  if (socket?.readyState !== WebSocket.OPEN) throw { error: `${result}: there is no connection to the program`, help };
+  if (socket?.readyState !== WebSocket.OPEN) throw { error: `${result}: there is no connection to the program`, help, lost: true };
 }
 
 /**
@@ -89,6 +91,38 @@ function needConnection(result, help) {
  */
 export function call(name, ...args) {
   return ask({ type: "call", name, args }, `\`${name}\``);
+}
+
+/** Number of times that something is done before a lost connection is reported. */
+const ATTEMPTS = 3;
+/** Time to wait for a connection, ms. */
+const LONGEST_WAIT = 20000;
+
+/** Returns a promise that is settled when the page is connected, or when it has waited for too long. */
+function connection() {
+  return new Promise((/** @type {(value: unknown) => void} */ done) => {
+    if (socket?.readyState === WebSocket.OPEN) return done(null);
+    waiting.push(done);
+    setTimeout(done, LONGEST_WAIT);
+  });
+}
+
+/**
+ * Does something that needs the connection, and repeats it if the connection is lost meanwhile: while a page that has
+ * just been opened loads on a busy computer, the program may close a connection from which nothing is read.
+ * @template T
+ * @param {() => Promise<T>} act
+ * @returns {Promise<T>}
+ */
+export async function persistently(act) {
+  for (let n = 1; ; n++) {
+    await connection();
+    try {
+      return await act();
+    } catch (thrown) {
+      if (n === ATTEMPTS || !failure(thrown).lost) throw thrown;
+    }
+  }
 }
 
 /** Size of the parts in which a file is sent, bytes. */
@@ -194,6 +228,7 @@ function open(instance) {
       // The program sends its complete state again, so handlers must first discard the state of the last connection.
       if (program) tell("again", { restarted: program !== instance });
       program = instance;
+      for (const f of waiting.splice(0)) f(null);
       done(true);
     };
     own.onclose = () => {

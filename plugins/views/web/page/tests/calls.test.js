@@ -36,7 +36,9 @@ test("all calls are refused when the connection closes, with what was asked", as
   const calls = new Calls();
   const all = ["`tatu.list`", "opening a.toml"].map((what) => calls.begin(what).results);
   calls.lose();
-  const errors = (await Promise.allSettled(all)).map((result) => result.status === "rejected" && result.reason.error);
+  const reasons = (await Promise.allSettled(all)).map((result) => result.status === "rejected" && result.reason);
+  assert.ok(reasons.every((reason) => reason.lost), "what was lost may be repeated");
+  const errors = reasons.map((reason) => reason.error);
   assert.deepEqual(errors, [
     "the connection was lost before the program answered `tatu.list`",
     "the connection was lost before the program answered opening a.toml",

@@ -1,0 +1,1 @@
+//! Empty: the manifest of this package names the features of crates that several packages share.

@@ -1,0 +1,235 @@
+//! Reads a robot from XML.
+
+use tatu_plugin_api::safe::{Fail, Result};
+
+use crate::{
+    robot::{Dynamics, Geometry, Inertial, Joint, Kind, Limit, Link, Material, Mimic, Part, Pose, Robot},
+    xml::{Lines, Tag, parse},
+};
+
+/// Maximum number of links and joints in total.
+const MOST_PARTS: usize = 20_000;
+
+/// Version of the format: the attribute `version` of `<robot>`. A later version interprets some elements differently.
+type Version = (u32, u32);
+/// The version that adds `quat_xyzw`.
+const QUATERNIONS: Version = (1, 1);
+/// The version in which a limit that is not given is infinite.
+const NO_LIMITS: Version = (1, 2);
+
+/// Reads a file. Errors have the line, and in their text the column.
+pub fn robot(text: &str) -> Result<Robot> {
+    let lines = Lines::new(text);
+    let document = parse(&lines)?;
+    let root = Tag::root(&document, &lines);
+    if root.name() != "robot" {
+        return Err(Fail::argument(format!("the root element is {root}, but <robot> is expected"))
+            .help("a URDF file contains exactly one <robot>")
+            .at("", root.line()));
+    }
+    let version = version(root.text("version"));
+    let mut robot = Robot {
+        name: root.text("name").unwrap_or_default().to_owned(),
+        links: Vec::new(),
+        joints: Vec::new(),
+        materials: Vec::new(),
+        others: Default::default(),
+    };
+    for child in root.children() {
+        match child.name() {
+            "link" => robot.links.push(link(child, version).map_err(|e| within(e, "link", child))?),
+            "joint" => robot.joints.push(joint(child, version).map_err(|e| within(e, "joint", child))?),
+            "material" => robot.materials.push(material(child)?),
+            other => *robot.others.entry(other.to_owned()).or_default() += 1,
+        }
+        if robot.links.len() + robot.joints.len() > MOST_PARTS {
+            return Err(child.fail(format!("the file has more than {MOST_PARTS} links and joints")));
+        }
+    }
+    Ok(robot)
+}
+
+/// Names the link or joint in an error.
+fn within(e: Fail, what: &str, tag: Tag<'_, '_>) -> Fail {
+    let line = e.place().map_or(tag.line(), |(_, line)| line);
+    let name = tag.text("name").map(|n| format!(" `{n}`")).unwrap_or_default();
+    Fail::argument(format!("the {what}{name} cannot be read: {}", e.text())).at("", line)
+}
+
+/// Reads `MAJOR.MINOR`. Like a missing version, an invalid one means 1.0.
+fn version(text: Option<&str>) -> Version {
+    let numbers = |text: &str| {
+        let (major, minor) = text.trim().split_once('.')?;
+        Some((major.parse().ok()?, minor.parse().ok()?))
+    };
+    text.and_then(numbers).unwrap_or((1, 0))
+}
+
+fn link(tag: Tag<'_, '_>, version: Version) -> Result<Link> {
+    let parts = |role: &str| -> Result<Vec<Part>> {
+        tag.children().filter(|c| c.name() == role).map(|c| part(c, version)).collect()
+    };
+    Ok(Link {
+        line: tag.line(),
+        name: tag.required("name")?,
+        inertial: tag.child("inertial")?.map_or(Ok(Inertial::default()), |t| inertial(t, version))?,
+        visuals: parts("visual")?,
+        collisions: parts("collision")?,
+    })
+}
+
+fn inertial(tag: Tag<'_, '_>, version: Version) -> Result<Inertial> {
+    let moments = tag.part("inertia")?;
+    let mut inertia = [0.0; 6];
+    for (value, name) in inertia.iter_mut().zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]) {
+        *value = moments.required_number(name)?;
+    }
+    Ok(Inertial { origin: origin(tag, version)?, mass: tag.part("mass")?.required_number("value")?, inertia })
+}
+
+/// Reads the child `<origin>`; without one, or without its attributes, a pose is zero.
+fn origin(tag: Tag<'_, '_>, version: Version) -> Result<Pose> {
+    let Some(tag) = tag.child("origin")? else { return Ok(Pose::default()) };
+    let mut pose = Pose { xyz: tag.numbers("xyz")?.unwrap_or_default(), rpy: tag.numbers("rpy")?.unwrap_or_default() };
+    if let Some(text) = tag.text("quat_xyzw").filter(|_| version >= QUATERNIONS) {
+        if tag.text("rpy").is_some() {
+            return Err(tag.fail("<origin> has both `rpy` and `quat_xyzw`; expected one of them".to_owned()));
+        }
+        let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+        let numbers = numbers.ok().and_then(|n| n.try_into().ok());
+        pose.rpy = angles(numbers.ok_or_else(|| tag.invalid("quat_xyzw", "4 numbers"))?);
+    }
+    Ok(pose)
+}
+
+/// Returns roll, pitch and yaw of a quaternion x, y, z, w of any length.
+fn angles(quaternion: [f64; 4]) -> [f64; 3] {
+    let length = libm::sqrt(quaternion.iter().map(|q| q * q).sum());
+    let [x, y, z, w] = if length > 0.0 { quaternion.map(|q| q / length) } else { [0.0, 0.0, 0.0, 1.0] };
+    let pitch = 2.0 * (w * y - x * z);
+    // Near a pitch of a quarter turn, roll and yaw turn about the same axis, and all of it is attributed to the yaw.
+    if pitch.abs() >= 0.99999 {
+        let sign = pitch.signum();
+        return [0.0, sign * std::f64::consts::FRAC_PI_2, 2.0 * libm::atan2(-sign * x, sign * y)];
+    }
+    [
+        libm::atan2(2.0 * (y * z + w * x), w * w - x * x - y * y + z * z),
+        libm::asin(pitch),
+        libm::atan2(2.0 * (x * y + w * z), w * w + x * x - y * y - z * z),
+    ]
+}
+
+/// Reads a visual or a collision.
+fn part(tag: Tag<'_, '_>, version: Version) -> Result<Part> {
+    let material = match tag.name() {
+        "visual" => tag.child("material")?.map(material).transpose()?,
+        _ => None,
+    };
+    Ok(Part { origin: origin(tag, version)?, geometry: geometry(tag.part("geometry")?)?, material })
+}
+
+fn geometry(tag: Tag<'_, '_>) -> Result<Geometry> {
+    const EXPECTED: &str = "expected one of <box>, <cylinder>, <capsule>, <sphere> and <mesh>";
+    let mut children = tag.children();
+    let form = children.next().ok_or_else(|| tag.fail(format!("{tag} is empty; {EXPECTED}")))?;
+    if let Some(second) = children.next() {
+        return Err(second.fail(format!("{tag} contains {form} and {second}; {EXPECTED}")));
+    }
+    Ok(match form.name() {
+        "box" => Geometry::Box { size: form.required_numbers("size")? },
+        "sphere" => Geometry::Sphere { radius: form.required_number("radius")? },
+        "cylinder" => {
+            Geometry::Cylinder { radius: form.required_number("radius")?, length: form.required_number("length")? }
+        }
+        "capsule" => {
+            Geometry::Capsule { radius: form.required_number("radius")?, length: form.required_number("length")? }
+        }
+        "mesh" => Geometry::Mesh { filename: form.required("filename")?, scale: form.numbers("scale")? },
+        _ => return Err(form.fail(format!("{tag} contains {form}; {EXPECTED}"))),
+    })
+}
+
+fn material(tag: Tag<'_, '_>) -> Result<Material> {
+    if let Some(texture) = tag.child("texture")? {
+        texture.required("filename")?;
+    }
+    let color = tag.child("color")?.map(|c| c.required_numbers("rgba")).transpose()?;
+    Ok(Material { name: tag.required("name")?, color })
+}
+
+fn joint(tag: Tag<'_, '_>, version: Version) -> Result<Joint> {
+    let kind = match tag.required("type")?.as_str() {
+        "revolute" => Kind::Revolute,
+        "continuous" => Kind::Continuous,
+        "prismatic" => Kind::Prismatic,
+        "fixed" => Kind::Fixed,
+        "floating" => Kind::Other("floating"),
+        "planar" => Kind::Other("planar"),
+        "spherical" => Kind::Other("spherical"),
+        _ => {
+            let expected = "one of revolute, continuous, prismatic, fixed, floating, planar and spherical";
+            return Err(tag.invalid("type", expected));
+        }
+    };
+    for (name, required, optional) in [
+        ("safety_controller", &["k_velocity"][..], &["soft_lower_limit", "soft_upper_limit", "k_position"][..]),
+        ("calibration", &[], &["rising", "falling"]),
+    ] {
+        // These are not used, but if they cannot be read, the file is damaged.
+        if let Some(unused) = tag.child(name)? {
+            required.iter().try_for_each(|a| unused.required_number(a).map(drop))?;
+            optional.iter().try_for_each(|a| unused.number(a).map(drop))?;
+        }
+    }
+    let dynamics = |t: Tag<'_, '_>| -> Result<Dynamics> {
+        let number = |name: &str| Ok(t.number(name)?.unwrap_or(0.0));
+        Ok(Dynamics { damping: number("damping")?, friction: number("friction")? })
+    };
+    let mimic = |t: Tag<'_, '_>| -> Result<Mimic> {
+        Ok(Mimic { joint: t.required("joint")?, multiplier: t.number("multiplier")?, offset: t.number("offset")? })
+    };
+    Ok(Joint {
+        line: tag.line(),
+        name: tag.required("name")?,
+        kind,
+        origin: origin(tag, version)?,
+        parent: tag.part("parent")?.required("link")?,
+        child: tag.part("child")?.required("link")?,
+        axis: tag.child("axis")?.map_or(Ok([1.0, 0.0, 0.0]), |t| t.required_numbers("xyz"))?,
+        limit: tag.child("limit")?.map_or(Ok(Limit::default()), |t| limit(t, version))?,
+        dynamics: tag.child("dynamics")?.map(dynamics).transpose()?,
+        mimic: tag.child("mimic")?.map(mimic).transpose()?,
+    })
+}
+
+fn limit(tag: Tag<'_, '_>, version: Version) -> Result<Limit> {
+    if version < NO_LIMITS {
+        return Ok(Limit {
+            lower: tag.number("lower")?.unwrap_or(0.0),
+            upper: tag.number("upper")?.unwrap_or(0.0),
+            effort: tag.number("effort")?.unwrap_or(0.0),
+            velocity: tag.required_number("velocity")?,
+        });
+    }
+    let number = |name: &str| match tag.number(name)? {
+        Some(x) if x.is_nan() => Err(tag.invalid(name, "a number")),
+        x => Ok(x),
+    };
+    let (lower, upper) = (number("lower")?, number("upper")?);
+    if let (Some(lower), Some(upper)) = (lower, upper)
+        && upper < lower
+    {
+        return Err(tag.fail(format!("`upper` of <limit> is {upper}, which is less than `lower`, {lower}")));
+    }
+    for name in ["effort", "velocity", "acceleration", "deceleration", "jerk"] {
+        if number(name)?.is_some_and(|x| x < 0.0) {
+            return Err(tag.invalid(name, "a number that is not negative"));
+        }
+    }
+    Ok(Limit {
+        lower: lower.unwrap_or(f64::NEG_INFINITY),
+        upper: upper.unwrap_or(f64::INFINITY),
+        effort: number("effort")?.unwrap_or(f64::INFINITY),
+        velocity: number("velocity")?.unwrap_or(f64::INFINITY),
+    })
+}

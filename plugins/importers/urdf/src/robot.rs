@@ -1,0 +1,123 @@
+//! A robot as its file describes it: numbers are read but not yet checked, and names are not yet resolved.
+
+use std::collections::BTreeMap;
+
+/// The element `<robot>`.
+#[derive(Debug, Clone)]
+pub struct Robot {
+    /// The name; empty if the file has none.
+    pub name: String,
+    /// Links, in the order of the file.
+    pub links: Vec<Link>,
+    /// Joints, in the order of the file.
+    pub joints: Vec<Joint>,
+    /// Materials to which visuals refer by name.
+    pub materials: Vec<Material>,
+    /// Other children of `<robot>`, which are ignored, and their numbers of occurrences.
+    pub others: BTreeMap<String, usize>,
+}
+
+/// A link.
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// Line of the start tag, counted from 1.
+    pub line: u64,
+    pub name: String,
+    pub inertial: Inertial,
+    pub visuals: Vec<Part>,
+    pub collisions: Vec<Part>,
+}
+
+/// Mass (kg) and moments of inertia (kg m^2) of a link; zero if the file has none.
+#[derive(Debug, Clone, Default)]
+pub struct Inertial {
+    pub origin: Pose,
+    pub mass: f64,
+    /// The moments `ixx`, `ixy`, `ixz`, `iyy`, `iyz` and `izz`.
+    pub inertia: [f64; 6],
+}
+
+/// A visual or a collision. Collisions have no material.
+#[derive(Debug, Clone)]
+pub struct Part {
+    pub origin: Pose,
+    pub geometry: Geometry,
+    pub material: Option<Material>,
+}
+
+/// Position (m) and angles (rad): roll, pitch and yaw about the fixed axes x, y and z.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Pose {
+    pub xyz: [f64; 3],
+    pub rpy: [f64; 3],
+}
+
+/// A geometry, with lengths in metres.
+#[derive(Debug, Clone)]
+pub enum Geometry {
+    Box { size: [f64; 3] },
+    Cylinder { radius: f64, length: f64 },
+    Capsule { radius: f64, length: f64 },
+    Sphere { radius: f64 },
+    Mesh { filename: String, scale: Option<[f64; 3]> },
+}
+
+/// A material; without a colour, it refers to a material of the robot.
+#[derive(Debug, Clone)]
+pub struct Material {
+    pub name: String,
+    /// Red, green, blue and opacity.
+    pub color: Option<[f64; 4]>,
+}
+
+/// A joint.
+#[derive(Debug, Clone)]
+pub struct Joint {
+    /// Line of the start tag, counted from 1.
+    pub line: u64,
+    pub name: String,
+    pub kind: Kind,
+    pub origin: Pose,
+    /// Names of the links that it connects.
+    pub parent: String,
+    pub child: String,
+    pub axis: [f64; 3],
+    pub limit: Limit,
+    pub dynamics: Option<Dynamics>,
+    pub mimic: Option<Mimic>,
+}
+
+/// Types of joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Revolute,
+    Continuous,
+    Prismatic,
+    Fixed,
+    /// Types that are not supported, by their names.
+    Other(&'static str),
+}
+
+/// Limits of a joint in rad or m, its effort in N m or N, its speed in rad/s or m/s; zero if the file has none.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Limit {
+    pub lower: f64,
+    pub upper: f64,
+    pub effort: f64,
+    pub velocity: f64,
+}
+
+/// Friction of a joint: proportional to its speed, and independent of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dynamics {
+    pub damping: f64,
+    pub friction: f64,
+}
+
+/// The joint that a joint follows.
+#[derive(Debug, Clone)]
+pub struct Mimic {
+    pub joint: String,
+    pub multiplier: Option<f64>,
+    pub offset: Option<f64>,
+}

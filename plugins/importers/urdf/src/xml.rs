@@ -1,0 +1,174 @@
+//! Elements of an XML file and their attributes, with errors that say in which line and column they are.
+
+use roxmltree::{Document, Error, Node, ParsingOptions};
+use tatu_plugin_api::safe::{Fail, Result};
+
+/// Maximum nesting depth of elements; real files have a depth of 6.
+const MOST_DEPTH: usize = 64;
+/// Maximum number of nodes of the XML tree, which limits the memory to some hundreds of megabytes.
+const MOST_NODES: u32 = 2_000_000;
+
+/// A text and the offsets at which its lines begin.
+pub struct Lines<'t> {
+    text: &'t str,
+    starts: Vec<usize>,
+}
+
+impl<'t> Lines<'t> {
+    /// Finds the lines of a text.
+    pub fn new(text: &'t str) -> Self {
+        Lines { text, starts: std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect() }
+    }
+    /// Returns the line and column of a byte, counted from 1; columns count characters.
+    fn of(&self, byte: usize) -> (u64, usize) {
+        let line = self.starts.partition_point(|start| *start <= byte).max(1);
+        let before = self.text.get(self.starts[line - 1]..byte).unwrap_or_default();
+        (line as u64, before.chars().count() + 1)
+    }
+    /// Returns the line of the last character.
+    fn last(&self) -> u64 {
+        self.of(self.text.trim_end().len()).0
+    }
+}
+
+/// Parses a file. Text that is not XML, or that is nested too deeply, is an error.
+pub fn parse<'t>(lines: &Lines<'t>) -> Result<Document<'t>> {
+    let options = ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
+    let document = Document::parse_with_options(lines.text, options).map_err(|e| {
+        let (line, column) = (u64::from(e.pos().row), e.pos().col);
+        match e {
+            Error::DtdDetected => {
+                let line = lines.of(lines.text.find("<!DOCTYPE").unwrap_or(0)).0;
+                Fail::argument("a document type declaration is not supported in a URDF file; remove it").at("", line)
+            }
+            Error::UnknownNamespace(prefix, _) if prefix == "xacro" => xacro(line),
+            Error::NodesLimitReached => Fail::argument(format!("the file has more than {MOST_NODES} XML nodes")),
+            // These have no position of their own.
+            Error::UnclosedRootNode | Error::NoRootNode | Error::UnexpectedEndOfStream => {
+                Fail::argument(format!("not well-formed XML, or only a part of it: {}", sentence(&e)))
+                    .at("", lines.last())
+            }
+            e => Fail::argument(format!("not well-formed XML: {} (column {column})", sentence(&e))).at("", line),
+        }
+    })?;
+    // The elements above the current one.
+    let mut above = Vec::new();
+    for node in document.descendants().filter(Node::is_element) {
+        let parent = node.parent_element().map(|p| p.id());
+        while above.last().copied() != parent {
+            above.pop();
+        }
+        above.push(node.id());
+        let tag = Tag { node, lines };
+        if above.len() > MOST_DEPTH {
+            return Err(tag.fail(format!("elements are nested more than {MOST_DEPTH} levels deep")));
+        }
+        if node.tag_name().namespace().is_some_and(|n| n.contains("xacro")) || tag.name() == "macro" {
+            return Err(xacro(tag.line()));
+        }
+    }
+    Ok(document)
+}
+
+/// Returns what an error of the parser says, without the position, which is reported separately.
+fn sentence(e: &Error) -> String {
+    let text = e.to_string();
+    text.strip_suffix(&format!(" at {}", e.pos())).unwrap_or(&text).to_owned()
+}
+
+fn xacro(line: u64) -> Fail {
+    Fail::unsupported("this is a xacro file, not a URDF file")
+        .help("run `xacro robot.urdf.xacro > robot.urdf` first")
+        .at("", line)
+}
+
+/// An element. Namespaces are ignored.
+#[derive(Clone, Copy)]
+pub struct Tag<'a, 't> {
+    node: Node<'a, 't>,
+    lines: &'a Lines<'t>,
+}
+
+impl<'a, 't> Tag<'a, 't> {
+    /// Returns the root element.
+    pub fn root(document: &'a Document<'t>, lines: &'a Lines<'t>) -> Self {
+        Tag { node: document.root_element(), lines }
+    }
+    /// Returns the name without its prefix.
+    pub fn name(&self) -> &'a str {
+        self.node.tag_name().name()
+    }
+    /// Returns the line of the start tag, counted from 1.
+    pub fn line(&self) -> u64 {
+        self.lines.of(self.node.range().start).0
+    }
+    /// Returns the elements directly below this one.
+    pub fn children(self) -> impl Iterator<Item = Tag<'a, 't>> {
+        self.node.children().filter(Node::is_element).map(move |node| Tag { node, lines: self.lines })
+    }
+    /// Returns the only child of this name. More than one is an error.
+    pub fn child(self, name: &str) -> Result<Option<Tag<'a, 't>>> {
+        let mut found = self.children().filter(|c| c.name() == name);
+        match (found.next(), found.next()) {
+            (_, Some(second)) => Err(second.fail(format!("{self} has more than one <{name}>"))),
+            (first, None) => Ok(first),
+        }
+    }
+    /// Returns the only child of this name, which must exist.
+    pub fn part(self, name: &str) -> Result<Tag<'a, 't>> {
+        self.child(name)?.ok_or_else(|| self.fail(format!("{self} has no <{name}>")))
+    }
+
+    /// Returns an error at the start tag.
+    pub fn fail(&self, text: String) -> Fail {
+        self.fail_at(self.node.range().start, text)
+    }
+    fn fail_at(&self, byte: usize, text: String) -> Fail {
+        let (line, column) = self.lines.of(byte);
+        Fail::argument(format!("{text} (column {column})")).at("", line)
+    }
+    /// Returns an error at an attribute that has an invalid value.
+    pub fn invalid(&self, attribute: &str, expected: &str) -> Fail {
+        match self.node.attribute_node(attribute) {
+            Some(a) => {
+                let text = format!("`{attribute}` of {self} is \"{}\"; expected {expected}", a.value());
+                self.fail_at(a.range().start, text)
+            }
+            None => self.fail(format!("{self} has no `{attribute}`; expected {expected}")),
+        }
+    }
+
+    /// Returns the text of an attribute.
+    pub fn text(&self, attribute: &str) -> Option<&'a str> {
+        self.node.attributes().find(|a| a.name() == attribute).map(|a| a.value())
+    }
+    /// Returns the text of an attribute that must exist.
+    pub fn required(&self, attribute: &str) -> Result<String> {
+        self.text(attribute).map(str::to_owned).ok_or_else(|| self.fail(format!("{self} has no `{attribute}`")))
+    }
+    /// Returns the number in an attribute.
+    pub fn number(&self, attribute: &str) -> Result<Option<f64>> {
+        let Some(text) = self.text(attribute) else { return Ok(None) };
+        text.trim().parse().map(Some).map_err(|_| self.invalid(attribute, "a number"))
+    }
+    /// Returns the number in an attribute that must exist.
+    pub fn required_number(&self, attribute: &str) -> Result<f64> {
+        self.number(attribute)?.ok_or_else(|| self.invalid(attribute, "a number"))
+    }
+    /// Returns the numbers in an attribute. Words that are not numbers are ignored, but the count must be right.
+    pub fn numbers<const N: usize>(&self, attribute: &str) -> Result<Option<[f64; N]>> {
+        let Some(text) = self.text(attribute) else { return Ok(None) };
+        let numbers: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        numbers.try_into().map(Some).map_err(|_| self.invalid(attribute, &format!("{N} numbers")))
+    }
+    /// Returns the numbers in an attribute that must exist.
+    pub fn required_numbers<const N: usize>(&self, attribute: &str) -> Result<[f64; N]> {
+        self.numbers(attribute)?.ok_or_else(|| self.invalid(attribute, &format!("{N} numbers")))
+    }
+}
+
+impl std::fmt::Display for Tag<'_, '_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "<{}>", self.name())
+    }
+}

@@ -1,0 +1,61 @@
+//! Tests of the manifests: a package that is built alone uses the builds of shared crates that the workspace has made.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    process::Command,
+};
+
+use crate::kit::*;
+
+/// Plugins as third parties write them, and the crate that they depend on, which are built without the check of layouts.
+const AS_OUTSIDE: [&str; 5] =
+    ["tatu-plugin-api", "tatu-compass", "tatu-knock", "tatu-tally", "tatu-template-rust-sensor"];
+
+/// The sets of features with which cargo builds each package; macros and libraries may have different ones.
+type Built = BTreeMap<String, BTreeSet<String>>;
+
+/// Returns what cargo builds for a selection of packages.
+fn built(selection: &[&str]) -> Built {
+    let arguments = ["tree", "--offline", "--prefix", "none", "--format", "{p}|{f}"];
+    let out = Command::new(env!("CARGO")).args(arguments).args(selection).current_dir(root()).output().unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let mut all = Built::new();
+    for line in String::from_utf8(out.stdout).unwrap().lines() {
+        if let Some((package, features)) = line.trim_end_matches(" (*)").split_once('|') {
+            all.entry(package.to_owned()).or_default().insert(features.to_owned());
+        }
+    }
+    all
+}
+
+/// Returns what cargo builds anew for a single package, with the name of the package. `edges` selects the dependencies.
+fn anew(names: &[String], edges_of_all: &str, edges: &str) -> BTreeMap<String, String> {
+    let whole = built(&["--workspace", "--edges", edges_of_all]);
+    let mut found = BTreeMap::new();
+    for name in names {
+        for (package, features) in built(&["--package", name, "--edges", edges]) {
+            for own in features.difference(&whole[&package]) {
+                let text = format!("{package} with the features `{own}`; in the workspace, {:?}", whole[&package]);
+                found.entry(text).or_insert(name.clone());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn packages_built_alone_share_what_the_workspace_has_built() {
+    let members = built(&["--workspace", "--edges", "normal", "--depth", "0"]);
+    let names =
+        members.keys().filter_map(|package| package.split(' ').next()).filter(|name| !AS_OUTSIDE.contains(name));
+    let names: Vec<String> = names.map(str::to_owned).collect();
+    // Libraries alone, since macros may use the same crate with other features; then everything.
+    let mut found = anew(&names, "normal,dev,no-proc-macro", "normal,no-proc-macro");
+    found.extend(anew(&names, "normal,build,dev", "normal,build"));
+    assert!(
+        found.is_empty(),
+        "cargo builds these anew for a single package; name their features in the root manifest (direct dependencies) or \
+         in core/features/Cargo.toml:\n{}",
+        found.iter().map(|(text, name)| format!("-p {name}: {text}")).collect::<Vec<_>>().join("\n")
+    );
+}
