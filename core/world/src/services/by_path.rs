@@ -197,7 +197,7 @@ fn why_not(cell: &WorldCell, status: tatu_status, object: tatu_object, key: &str
 fn nearest_property(cell: &WorldCell, object: tatu_object, key: &str) -> Option<String> {
     let scene = cell.state.scene.borrow();
     let data = scene.resolve(object).ok().and_then(|slot| scene.get(slot));
-    let mut names: Vec<String> = rows_of(data.map(|o| o.kind())).map(|row| row.key.to_owned()).collect();
+    let mut names: Vec<String> = rows_of(data.map(|o| o.kind())).map(|row| row.key().to_owned()).collect();
     let registry = &cell.model.registry;
     let declared = match data.map(|o| &o.data) {
         Some(Data::Sensor(s)) => {
