@@ -242,78 +242,40 @@ fn set_lacks(s: &mut Settings, value: &Value) -> Result<bool, String> {
 
 // The keys of `[scene]` that are not properties of the running world.
 properties! { IN_FILES: Settings, Of::World =>
-    "text" text, None _:
-        "Text for people.";
-    "dialect" text, None dialect:
-        "Dialect of scripts.";
-    "lacks" list, None
-        { get |s: &Settings| Value::List(s.lacks.iter().map(Value::text).collect()), set set_lacks }:
-        "Parts of the scene's source that are not supported.";
-    "plugins" list, None _:
-        "Folders with plugins.";
-    "needs" list, None _:
-        "Plugins that the scene needs.";
-    "script_budget" int from 1.0, None { set |s: &mut Settings, v| s.budget.store(v) }:
-        "Maximum number of instructions in one call of a script.";
-    "origin.lat" number in "rad" from (-FRAC_PI_2) to FRAC_PI_2, None (origin[0]):
-        "Latitude of the world's origin.";
-    "origin.lon" number in "rad" from (-PI) to PI, None (origin[1]):
-        "Longitude of the world's origin.";
-    "origin.alt" number in "m" from (-1e7) to 1e8, None (origin[2]):
-        "Height of the world's origin.";
-    "budget.instructions" int from 1.0, None budget:
-        "Maximum number of instructions in one call of a script.";
-    "budget.memory_mb" int from 1.0 to 256.0, None
-        { get |s: &Settings| Value::Int((s.memory >> 20) as i64), set |s: &mut Settings, v| { s.memory.store(v)?; s.memory <<= 20; Ok(true) } }:
-        "Maximum memory of the state of a script, MB.";
+    "text" text, None _: "Text for people.";
+    "dialect" text, None dialect: "Dialect of scripts.";
+    "lacks" list, None { get |s: &Settings| Value::List(s.lacks.iter().map(Value::text).collect()), set set_lacks }: "Parts of the scene's source that are not supported.";
+    "plugins" list, None _: "Folders with plugins.";
+    "needs" list, None _: "Plugins that the scene needs.";
+    "script_budget" int from 1.0, None { set |s: &mut Settings, v| s.budget.store(v) }: "Maximum number of instructions in one call of a script.";
+    "origin.lat" number in "rad" from (-FRAC_PI_2) to FRAC_PI_2, None (origin[0]): "Latitude of the world's origin.";
+    "origin.lon" number in "rad" from (-PI) to PI, None (origin[1]): "Longitude of the world's origin.";
+    "origin.alt" number in "m" from (-1e7) to 1e8, None (origin[2]): "Height of the world's origin.";
+    "budget.instructions" int from 1.0, None budget: "Maximum number of instructions in one call of a script.";
+    "budget.memory_mb" int from 1.0 to 256.0, None { get |s: &Settings| Value::Int((s.memory >> 20) as i64), set |s: &mut Settings, v| { s.memory.store(v)?; s.memory <<= 20; Ok(true) } }: "Maximum memory of the state of a script, MB.";
 }
 
 properties! { ROWS: Settings, Of::World =>
-    "scene.time" number in "s", ReadOnly _:
-        "Simulation time.";
-    "scene.dt" number in "s" from 1e-6 to LONGEST = 0.05, ReadOnly dt:
-        "Length of a step.";
-    "scene.physics_dt" number in "s" from 1e-6 to LONGEST = 0.005, ReadOnly physics_dt:
-        "Maximum length of a physics step; a step is divided evenly.";
-    "scene.physics_substeps" int from 1.0 to 64.0 = 4, ReadOnly physics_substeps:
-        "Sub-steps of a physics step in which velocities are solved.";
-    "scene.sleep" bool = true, ReadOnly sleep:
-        "Whether bodies at rest can sleep until they are touched.";
-    "scene.friction_rule" text of (&["product", "mean", "least", "greatest"]) = "product", ReadOnly
-        { get |s: &Settings| Value::text(rule_name(s.friction_rule)), set set_rule }:
-        "How the friction of a pair is computed from both shapes' coefficients: their product, mean, or the least or greatest of the two.";
-    "scene.joint_solver" text of (&["auto", "reduced"]) = "auto", ReadOnly joint_solver:
-        "The solver of mechanisms whose own `joint_solver` is `auto`: with `reduced`, those that `auto` would solve as trees of links use reduced form.";
-    "scene.friction_pairs" list = none, ReadOnly
-        { get |s: &Settings| Value::List(s.friction_pairs.iter().map(FrictionPair::to_value).collect()), set set_pairs }:
-        "Friction by material, in place of the shapes' own: lists of two materials, friction, and optionally restitution.";
-    "scene.contact_spring" numbers 2 from 1e-3 to 1e6, ReadOnly
-        { get |s: &Settings| Value::Floats(s.contact_spring.map_or(Vec::new(), |v| v.to_vec())), set |s: &mut Settings, v| { s.contact_spring = numbers_of(v)?.try_into().ok(); Ok(true) } }:
-        "Natural frequency, Hz, and damping ratio of contacts, at most what a sub-step can resolve (0.15 of its rate, 0.3 with objects that do not move); default 120 Hz (240 Hz) and 5.";
-    "scene.step" int, ReadOnly _:
-        "Index of the step, from 0.";
-    "scene.gravity" numbers 3 in "m/s^2" from (-1e6) to 1e6 = [0.0, 0.0, -9.81], None gravity:
-        "Gravity.";
-    "scene.origin" numbers 3 = [0.0, 0.0, 0.0], ReadOnly origin:
-        "Position of the world's origin on Earth: latitude and longitude in rad (WGS 84), height above the ellipsoid in m; x points east, y north.";
-    "scene.seed" int from 0.0 = 0, ReadOnly seed:
-        "The seed of all random numbers.";
-    "scene.allow" text, ReadOnly { get |s: &Settings| Value::text(s.allow.join(",")) }:
-        "What scripts may access outside the run, separated by commas: `exec` other programs, `native` libraries, `net=HOST:PORT` sockets; a `*` means any host or port.";
-    "scene.file" text, ReadOnly _:
-        "The file of the scene.";
-    "scene.notes" list, ReadOnly _:
-        "Notes about the reading of the scene, such as parts that an importer left out: a list of strings.";
-    "scene.data" data = none, None _:
-        "Custom data of the world: strings by tag, as in `object.data`.";
-    "scene.running" bool, ReadOnly _:
-        "Whether the world has been started.";
-    "scene.clock" number in "s", ReadOnly _:
-        "Time that clocks show, from the start: simulation time, or in a real-time run the real time up to this step.";
-    "scene.epoch" int in "s", ReadOnly _:
-        "Date of the start, in seconds since the beginning of 1970: the first second of 2015, or in a real-time run the real date.";
-    "scene.stopping" bool, ReadOnly _:
-        "Whether the run is in one of its last two passes.";
-    "scene.phase" int, ReadOnly _:
-        "0 stopped, 1 first pass, 2 running, 3 last before a pause, 4 paused, 5 first after a pause, 6 stopping, 7 last pass.";
+    "scene.time" number in "s", ReadOnly _: "Simulation time.";
+    "scene.dt" number in "s" from 1e-6 to LONGEST = 0.05, ReadOnly dt: "Length of a step.";
+    "scene.physics_dt" number in "s" from 1e-6 to LONGEST = 0.005, ReadOnly physics_dt: "Maximum length of a physics step; a step is divided evenly.";
+    "scene.physics_substeps" int from 1.0 to 64.0 = 4, ReadOnly physics_substeps: "Sub-steps of a physics step in which velocities are solved.";
+    "scene.sleep" bool = true, ReadOnly sleep: "Whether bodies at rest can sleep until they are touched.";
+    "scene.friction_rule" text of (&["product", "mean", "least", "greatest"]) = "product", ReadOnly { get |s: &Settings| Value::text(rule_name(s.friction_rule)), set set_rule }: "How the friction of a pair is computed from both shapes' coefficients: their product, mean, or the least or greatest of the two.";
+    "scene.joint_solver" text of (&["auto", "reduced"]) = "auto", ReadOnly joint_solver: "The solver of mechanisms whose own `joint_solver` is `auto`: with `reduced`, those that `auto` would solve as trees of links use reduced form.";
+    "scene.friction_pairs" list = none, ReadOnly { get |s: &Settings| Value::List(s.friction_pairs.iter().map(FrictionPair::to_value).collect()), set set_pairs }: "Friction by material, in place of the shapes' own: lists of two materials, friction, and optionally restitution.";
+    "scene.contact_spring" numbers 2 from 1e-3 to 1e6, ReadOnly { get |s: &Settings| Value::Floats(s.contact_spring.map_or(Vec::new(), |v| v.to_vec())), set |s: &mut Settings, v| { s.contact_spring = numbers_of(v)?.try_into().ok(); Ok(true) } }: "Natural frequency, Hz, and damping ratio of contacts, at most what a sub-step can resolve (0.15 of its rate, 0.3 with objects that do not move); default 120 Hz (240 Hz) and 5.";
+    "scene.step" int, ReadOnly _: "Index of the step, from 0.";
+    "scene.gravity" numbers 3 in "m/s^2" from (-1e6) to 1e6 = [0.0, 0.0, -9.81], None gravity: "Gravity.";
+    "scene.origin" numbers 3 = [0.0, 0.0, 0.0], ReadOnly origin: "Position of the world's origin on Earth: latitude and longitude in rad (WGS 84), height above the ellipsoid in m; x points east, y north.";
+    "scene.seed" int from 0.0 = 0, ReadOnly seed: "The seed of all random numbers.";
+    "scene.allow" text, ReadOnly { get |s: &Settings| Value::text(s.allow.join(",")) }: "What scripts may access outside the run, separated by commas: `exec` other programs, `native` libraries, `net=HOST:PORT` sockets; a `*` means any host or port.";
+    "scene.file" text, ReadOnly _: "The file of the scene.";
+    "scene.notes" list, ReadOnly _: "Notes about the reading of the scene, such as parts that an importer left out: a list of strings.";
+    "scene.data" data = none, None _: "Custom data of the world: strings by tag, as in `object.data`.";
+    "scene.running" bool, ReadOnly _: "Whether the world has been started.";
+    "scene.clock" number in "s", ReadOnly _: "Time that clocks show, from the start: simulation time, or in a real-time run the real time up to this step.";
+    "scene.epoch" int in "s", ReadOnly _: "Date of the start, in seconds since the beginning of 1970: the first second of 2015, or in a real-time run the real date.";
+    "scene.stopping" bool, ReadOnly _: "Whether the run is in one of its last two passes.";
+    "scene.phase" int, ReadOnly _: "0 stopped, 1 first pass, 2 running, 3 last before a pause, 4 paused, 5 first after a pause, 6 stopping, 7 last pass.";
 }

@@ -238,14 +238,8 @@ fn each<T>(value: &Value, read: impl Fn(&Value) -> Result<T, Refusal>) -> Result
 }
 
 properties! { ROWS: GraphSpec, Of::Kind(Kind::Graph) =>
-    "graph.explicit" bool = false, None explicit:
-        "Whether the graph records only on request; otherwise, it records at the end of each step.";
-    "graph.buffer" int from 1.0 to (MOST_SAMPLES as f64) = 10_000, Graph buffer:
-        "Number of samples of each stream that the graph stores; the oldest samples are discarded.";
-    "graph.streams" list = none, Graph
-        { get |g: &GraphSpec| list(&g.streams, StreamSpec::to_value), set |g: &mut GraphSpec, v| { g.streams = each(v, StreamSpec::from_value)?; Ok(true) } }:
-        "Streams that the graph records: name, unit, color, of, data, transform, factor, offset, window, hidden.";
-    "graph.curves" list = none, Graph
-        { get |g: &GraphSpec| list(&g.curves, CurveSpec::to_value), set |g: &mut GraphSpec, v| { g.curves = each(v, CurveSpec::from_value)?; Ok(true) } }:
-        "Curves of one stream against another: name, x, y, z, unit, color.";
+    "graph.explicit" bool = false, None explicit: "Whether the graph records only on request; otherwise, it records at the end of each step.";
+    "graph.buffer" int from 1.0 to (MOST_SAMPLES as f64) = 10_000, Graph buffer: "Number of samples of each stream that the graph stores; the oldest samples are discarded.";
+    "graph.streams" list = none, Graph { get |g: &GraphSpec| list(&g.streams, StreamSpec::to_value), set |g: &mut GraphSpec, v| { g.streams = each(v, StreamSpec::from_value)?; Ok(true) } }: "Streams that the graph records: name, unit, color, of, data, transform, factor, offset, window, hidden.";
+    "graph.curves" list = none, Graph { get |g: &GraphSpec| list(&g.curves, CurveSpec::to_value), set |g: &mut GraphSpec, v| { g.curves = each(v, CurveSpec::from_value)?; Ok(true) } }: "Curves of one stream against another: name, x, y, z, unit, color.";
 }

@@ -181,61 +181,34 @@ impl Object {
 const SHOWN_LAYERS: u32 = 0xFF;
 
 properties! { ROWS: Object, Of::Any =>
-    "object.alias" text, None { get |o: &Object| Value::text(&o.alias) }:
-        "Name of the object in paths; siblings can share it.";
-    "object.name" text, None { get |o: &Object| Value::text(o.name()) }:
-        "Unique name of the object: the alias, followed by `#n` on copies.";
-    "object.path" text, ReadOnly _:
-        "Path of the object in the tree of objects.";
-    "object.kind" text, ReadOnly { get |o: &Object| Value::text(o.kind().name()) }:
-        "Kind of the object.";
-    "object.parent" object, Rebuild _:
-        "Parent of the object; a change preserves the pose in the world.";
-    "object.position" numbers 3 in "m" = [0.0, 0.0, 0.0], Moved _:
-        "Position in the parent's frame.";
-    "object.quaternion" numbers 4 = [0.0, 0.0, 0.0, 1.0], Moved _:
-        "Orientation in the parent's frame, x y z w.";
-    "object.orientation" numbers 3 in "rad" = [0.0, 0.0, 0.0], Moved _:
-        "Orientation in the parent's frame: intrinsic rotations about x, then y, then z.";
-    "object.pose" numbers 7 = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], Moved _:
-        "Position and quaternion in the parent's frame.";
-    "object.world_pose" numbers 7, Moved _:
-        "Position and quaternion in the world frame.";
-    "object.twist" numbers 6, ReadOnly _:
-        "Linear velocity, m/s, then angular velocity, rad/s, along the axes of the world; for a dynamic shape, the velocity of its centre of mass.";
-    "object.local_twist" numbers 6, ReadOnly _:
-        "The velocities of `object.twist` along the object's own axes.";
-    "object.model_base" bool = false, Rebuild _:
-        "Whether the object is the base of a model.";
-    "object.visible" bool = true, Look visible:
-        "Whether pictures show the object.";
-    "object.layer" int from 0.0 to (u32::MAX as f64) = 1, Look layer:
-        "Layers that the object belongs to, one bit each.";
-    "object.data" data = none, None
-        { get |o: &Object| notes_value(&o.notes), set |o: &mut Object, v| { o.notes = refused(notes(v))?; Ok(true) } }:
-        "Custom data: strings by tag, for scripts and plugins; a stop preserves the data, except for tags that begin with a control character.";
-    "object.drive" drive = none, None
-        { get |o: &Object| Drive::to_value(o.drive.as_deref()), set |o: &mut Object, v| { o.drive = refused(Drive::from_value(v))?.map(Box::new); Ok(true) } }:
-        "Wheel drive of the robot whose base the object is, for clients that steer the robot: type (differential, ackermann, omni), joints, steering, radius, track, wheelbase, axle, angles; setting an empty table removes it.";
+    "object.alias" text, None { get |o: &Object| Value::text(&o.alias) }: "Name of the object in paths; siblings can share it.";
+    "object.name" text, None { get |o: &Object| Value::text(o.name()) }: "Unique name of the object: the alias, followed by `#n` on copies.";
+    "object.path" text, ReadOnly _: "Path of the object in the tree of objects.";
+    "object.kind" text, ReadOnly { get |o: &Object| Value::text(o.kind().name()) }: "Kind of the object.";
+    "object.parent" object, Rebuild _: "Parent of the object; a change preserves the pose in the world.";
+    "object.position" numbers 3 in "m" = [0.0, 0.0, 0.0], Moved _: "Position in the parent's frame.";
+    "object.quaternion" numbers 4 = [0.0, 0.0, 0.0, 1.0], Moved _: "Orientation in the parent's frame, x y z w.";
+    "object.orientation" numbers 3 in "rad" = [0.0, 0.0, 0.0], Moved _: "Orientation in the parent's frame: intrinsic rotations about x, then y, then z.";
+    "object.pose" numbers 7 = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], Moved _: "Position and quaternion in the parent's frame.";
+    "object.world_pose" numbers 7, Moved _: "Position and quaternion in the world frame.";
+    "object.twist" numbers 6, ReadOnly _: "Linear velocity, m/s, then angular velocity, rad/s, along the axes of the world; for a dynamic shape, the velocity of its centre of mass.";
+    "object.local_twist" numbers 6, ReadOnly _: "The velocities of `object.twist` along the object's own axes.";
+    "object.model_base" bool = false, Rebuild _: "Whether the object is the base of a model.";
+    "object.visible" bool = true, Look visible: "Whether pictures show the object.";
+    "object.layer" int from 0.0 to (u32::MAX as f64) = 1, Look layer: "Layers that the object belongs to, one bit each.";
+    "object.data" data = none, None { get |o: &Object| notes_value(&o.notes), set |o: &mut Object, v| { o.notes = refused(notes(v))?; Ok(true) } }: "Custom data: strings by tag, for scripts and plugins; a stop preserves the data, except for tags that begin with a control character.";
+    "object.drive" drive = none, None { get |o: &Object| Drive::to_value(o.drive.as_deref()), set |o: &mut Object, v| { o.drive = refused(Drive::from_value(v))?.map(Box::new); Ok(true) } }: "Wheel drive of the robot whose base the object is, for clients that steer the robot: type (differential, ackermann, omni), joints, steering, radius, track, wheelbase, axle, angles; setting an empty table removes it.";
 }
 
 properties! { DUMMY: Link, Of::Kind(Kind::Dummy) =>
-    "dummy.link" text = none, Rebuild
-        { get |link: &Link| Value::text(link.as_deref().unwrap_or("")), set |link: &mut Link, v| { let path = text_of(v)?; *link = (!path.is_empty()).then(|| path.into()); Ok(true) } }:
-        "Path of another dummy, relative to this one: the shapes above both are held together so that the two dummies coincide in position and orientation (all six degrees of freedom), which closes a loop; a dummy below a static shape or below none is fixed to the world.";
+    "dummy.link" text = none, Rebuild { get |link: &Link| Value::text(link.as_deref().unwrap_or("")), set |link: &mut Link, v| { let path = text_of(v)?; *link = (!path.is_empty()).then(|| path.into()); Ok(true) } }: "Path of another dummy, relative to this one: the shapes above both are held together so that the two dummies coincide in position and orientation (all six degrees of freedom), which closes a loop; a dummy below a static shape or below none is fixed to the world.";
 }
 
 properties! { SCRIPT: (), Of::Kind(Kind::Script) =>
-    "script.language" text, ReadOnly _:
-        "Language of the script.";
-    "script.dialect" text, ReadOnly _:
-        "Dialect chosen for the script.";
-    "script.kind" text, ReadOnly _:
-        "child, customization, main, addon or sandbox.";
-    "script.name" text, ReadOnly _:
-        "File that the script was read from, or a name for messages.";
-    "script.calls" int, ReadOnly _:
-        "Number of calls of the script's callbacks.";
-    "script.instructions" int, ReadOnly _:
-        "Number of instructions of its language that the script has executed.";
+    "script.language" text, ReadOnly _: "Language of the script.";
+    "script.dialect" text, ReadOnly _: "Dialect chosen for the script.";
+    "script.kind" text, ReadOnly _: "child, customization, main, addon or sandbox.";
+    "script.name" text, ReadOnly _: "File that the script was read from, or a name for messages.";
+    "script.calls" int, ReadOnly _: "Number of calls of the script's callbacks.";
+    "script.instructions" int, ReadOnly _: "Number of instructions of its language that the script has executed.";
 }

@@ -85,31 +85,17 @@ fn set_noise(s: &mut SensorData, value: &Value) -> Result<bool, String> {
 }
 
 properties! { SENSOR: SensorData, Of::Kind(Kind::Sensor) =>
-    "sensor.kind" text, ReadOnly _:
-        "Id of the sensor's kind.";
-    "sensor.explicit" bool = false, Sensors explicit:
-        "Whether the sensor measures only on request; sensors that measure in each physics step ignore this.";
-    "sensor.preset" text = none, None
-        { get |s: &SensorData| Value::text(&*s.preset), set |s: &mut SensorData, v| { s.preset = text_of(v)?.into(); Ok(true) } }:
-        "Name of a preset of the sensor's kind; setting it applies all settings of the preset.";
-    "sensor.rate" number in "Hz" from 0.0 = 0.0, Sensors rate:
-        "Maximum rate at which the sensor measures; 0: in each step.";
-    "sensor.noise" noise = none, Sensors
-        { get |s: &SensorData| Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())), set set_noise }:
-        "Noise of the sensor's fields, as TOML; setting it changes only the fields that the value contains; empty or `none` removes all noise.";
-    "sensor.targets" list = none, Sensors
-        { get |s: &SensorData| s.paths(|v| &v.targets), set |s: &mut SensorData, v| s.set_paths(v, |view| &mut view.targets) }:
-        "Paths of the objects that the sensor detects, relative to the sensor, each with all descendants; empty: all.";
-    "sensor.ignored" list = none, Sensors
-        { get |s: &SensorData| s.paths(|v| &v.ignored), set |s: &mut SensorData, v| s.set_paths(v, |view| &mut view.ignored) }:
-        "Paths of objects that the sensor does not detect, relative to the sensor, each with all descendants; if entries of both lists are nested, the innermost takes precedence.";
-    "sensor.measured" int, ReadOnly _:
-        "Number of measurements since the start, or since the reading was reset.";
-    "sensor.beams" int, ReadOnly _:
-        "Number of beams that the sensor emits; a volume is one beam.";
+    "sensor.kind" text, ReadOnly _: "Id of the sensor's kind.";
+    "sensor.explicit" bool = false, Sensors explicit: "Whether the sensor measures only on request; sensors that measure in each physics step ignore this.";
+    "sensor.preset" text = none, None { get |s: &SensorData| Value::text(&*s.preset), set |s: &mut SensorData, v| { s.preset = text_of(v)?.into(); Ok(true) } }: "Name of a preset of the sensor's kind; setting it applies all settings of the preset.";
+    "sensor.rate" number in "Hz" from 0.0 = 0.0, Sensors rate: "Maximum rate at which the sensor measures; 0: in each step.";
+    "sensor.noise" noise = none, Sensors { get |s: &SensorData| Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())), set set_noise }: "Noise of the sensor's fields, as TOML; setting it changes only the fields that the value contains; empty or `none` removes all noise.";
+    "sensor.targets" list = none, Sensors { get |s: &SensorData| s.paths(|v| &v.targets), set |s: &mut SensorData, v| s.set_paths(v, |view| &mut view.targets) }: "Paths of the objects that the sensor detects, relative to the sensor, each with all descendants; empty: all.";
+    "sensor.ignored" list = none, Sensors { get |s: &SensorData| s.paths(|v| &v.ignored), set |s: &mut SensorData, v| s.set_paths(v, |view| &mut view.ignored) }: "Paths of objects that the sensor does not detect, relative to the sensor, each with all descendants; if entries of both lists are nested, the innermost takes precedence.";
+    "sensor.measured" int, ReadOnly _: "Number of measurements since the start, or since the reading was reset.";
+    "sensor.beams" int, ReadOnly _: "Number of beams that the sensor emits; a volume is one beam.";
 }
 
 properties! { ACTUATOR: ActuatorData, Of::Kind(Kind::Actuator) =>
-    "actuator.kind" text, ReadOnly _:
-        "Id of the actuator's kind.";
+    "actuator.kind" text, ReadOnly _: "Id of the actuator's kind.";
 }

@@ -367,26 +367,17 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Returns whether a value is the default, for properties with a fixed default.
+/// Properties that are not written if they have their default.
+#[rustfmt::skip]
+const LEFT_OUT: [Row; 14] = [
+    Row::MODEL_BASE, Row::DYNAMIC, Row::RESPONDABLE, Row::BULLET, Row::CONVEX, Row::VISIBLE, Row::LAYER,
+    Row::RESPONDABLE_MASK, Row::DETECTABLE_MASK, Row::JOINT_POSITION, Row::TARGET_POSITION, Row::TARGET_VELOCITY,
+    Row::MAX_FORCE, Row::JOINT_MODE,
+];
+
+/// Returns whether a value is the default of a property that is then left out.
 fn is_usual(row: Row, value: &Value) -> bool {
-    let left_out = matches!(
-        row,
-        Row::MODEL_BASE
-            | Row::DYNAMIC
-            | Row::RESPONDABLE
-            | Row::BULLET
-            | Row::CONVEX
-            | Row::VISIBLE
-            | Row::LAYER
-            | Row::RESPONDABLE_MASK
-            | Row::DETECTABLE_MASK
-            | Row::JOINT_POSITION
-            | Row::TARGET_POSITION
-            | Row::TARGET_VELOCITY
-            | Row::MAX_FORCE
-            | Row::JOINT_MODE
-    );
-    left_out && *value == row.info().default()
+    LEFT_OUT.contains(&row) && *value == row.info().default()
 }
 
 /// Returns the last value of each key, in the order in which these values were set.
