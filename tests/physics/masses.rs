@@ -167,3 +167,21 @@ fn uneven_spheres_are_ellipsoids() {
         assert_eq!(err.matches("is an ellipsoid").count(), 1, "{what}: {err}");
     }
 }
+
+/// With the inertia (1, 1, 1) kg m^2, the second moments of mass are 1/2 along each axis; a factor of 2 along x makes the
+/// first of them 2.
+#[test]
+fn stated_matter_is_scaled_with_the_shape() {
+    let shape = |stated: &str| {
+        format!(
+            "[[object]]\nkind = \"shape\"\nalias = \"o\"\nprimitive = \"box\"\nsize_m = [1, 1, 1]\nmass_kg = 6.0\n{stated}\n\
+             dynamic = true\n"
+        )
+    };
+    let scale = "sim.scaleObject(sim.getObject('/o'), 2, 1, 1)";
+    let scaled = |stated: &str| weighed(&scene_of(&(shape(stated) + &weigher("'/o'", scale))))[0];
+    let stated = scaled("com_m = [0.1, 0.2, 0.0]\ninertia_kg_m2 = [1, 1, 1]");
+    all_near("stated", &stated, &[6.0, 0.2, 0.2, 0.0, 1.0, 2.5, 2.5, 0.0]);
+    // A box of 2 x 1 x 1 m.
+    all_near("computed", &scaled(""), &[6.0, 0.0, 0.0, 0.0, 1.0, 2.5, 2.5, 0.0]);
+}

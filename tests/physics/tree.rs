@@ -116,3 +116,33 @@ fn a_surface_may_become_special_in_a_run() {
     near("rolls on", speed(before, "/b"), 1.0, 0.01);
     near("slows down", speed(end, "/b"), 1.0 - 0.002 / 0.1 * G * 5.0 / 7.0 * (end.time() - 1.0), 0.02);
 }
+
+/// Returns a heavy rail on the floor and a drawer that rests on it, 1 mm deep in it. The drawer slides on a joint that is
+/// tilted by an angle, degrees.
+fn drawer_on_rail(friction: f64, tilt: f64) -> String {
+    format!(
+        "dt_s = 0.005\n{}\
+         [[object]]\nkind = \"shape\"\nalias = \"rail\"\nprimitive = \"box\"\nsize_m = [1, 0.3, 0.02]\n\
+         position_m = [0, 0, 0.01]\nmass_kg = 20.0\ndynamic = true\nrespondable = true\nfriction = {friction:?}\n\
+         [[object]]\nkind = \"joint\"\nalias = \"slide\"\nparent = \"rail\"\ntype = \"prismatic\"\ncontrol = \"free\"\n\
+         orientation_deg = [0, {:?}, 0]\n\
+         [[object]]\nkind = \"shape\"\nalias = \"drawer\"\nparent = \"/rail/slide\"\nprimitive = \"box\"\n\
+         size_m = [0.3, 0.3, 0.1]\nworld_pose = [0, 0, 0.069, 0, 0, 0, 1]\nmass_kg = 2.0\ndynamic = true\n\
+         respondable = true\nfriction = {friction:?}\n",
+        floor(1.0),
+        90.0 + tilt
+    )
+}
+
+/// The joint holds the drawer across its axis, so the load of the rail is undetermined: it carries the drawer's weight.
+#[test]
+fn drawer_on_its_rail_is_held_by_friction() {
+    let moved = |friction: f64, tilt: f64, seconds: f64| {
+        let lines = watch_run(&drawer_on_rail(friction, tilt), &["/rail/slide/drawer"], seconds);
+        let x = |l: &Line| position(l, "/rail/slide/drawer")[0];
+        x(lines.last().unwrap()) - x(&lines[0])
+    };
+    assert!(moved(0.5, 0.02, 10.0).abs() < 1e-8);
+    // Without friction, it slides by g t^2 sin(tilt) / 2.
+    near("slid", moved(0.0, 0.02, 2.0), 0.5 * 9.81 * 0.02f64.to_radians().sin() * 4.0, 1e-4);
+}

@@ -41,6 +41,11 @@ impl MassMatrix {
         }
     }
 
+    /// Returns the mass of a link and all links that it carries, kg.
+    pub fn mass_below(&self, link: usize) -> f64 {
+        self.composite[link].mass
+    }
+
     /// Adds the product of the matrix and `x` to `out`.
     pub fn add_product(&self, tree: &Tree, x: &[f64], out: &mut [f64]) {
         for d in 0..x.len() {
@@ -52,6 +57,13 @@ impl MassMatrix {
             }
             out[d] += sum;
         }
+    }
+
+    /// Returns the product of the matrix with `x` from both sides; overwrites `work`.
+    pub fn product(&self, tree: &Tree, x: &[f64], work: &mut [f64]) -> f64 {
+        work.fill(0.0);
+        self.add_product(tree, x, work);
+        work.iter().zip(x).map(|(product, x)| product * x).sum()
     }
 
     /// Returns the diagonal entry of velocity `d`.

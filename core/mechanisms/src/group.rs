@@ -1,6 +1,8 @@
 //! Simulation of trees that touch each other or other bodies.
 
 mod excess;
+mod guided;
+mod sweeps;
 
 use nalgebra::Vector3;
 
@@ -26,8 +28,6 @@ const FOUND: f64 = 1e-11;
 /// the velocities by only a thousandth of this value. Also the speed, m/s, by which a contact may fall short of its
 /// minimum velocity before immovable joints are released.
 const STEADY: f64 = 1e-7;
-/// Impact speed below which bodies do not bounce, m/s.
-const RESTING: f64 = 0.01;
 
 /// Statistics of a step of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,9 +98,13 @@ impl Group {
         each(members, |m| m.solver.step.check(m.tree, m.state, m.drives))?;
         let gravity = gravity.into();
         for m in members.iter_mut() {
-            m.solver.step.begin(m.tree, m.state, m.drives, h, Some(m.carried));
+            m.solver.step.begin(m.tree, m.state, h);
         }
         self.rows.build(members, contacts, h);
+        self.rub_joints(members, contacts, gravity);
+        for m in members.iter_mut() {
+            m.solver.step.set_laws(m.tree, m.state, m.drives, h, Some(m.carried));
+        }
         self.warm_start(members, contacts, h);
         for m in members.iter_mut() {
             m.solver.step.guess(m.tree, &m.state.v, gravity, h);
@@ -112,12 +116,14 @@ impl Group {
             let pressed = contacts.iter().zip(&self.impulses);
             let impact = pressed.into_iter().any(|(c, l)| c.impulse == Vector3::zeros() && l[0] > 0.0);
             for m in members.iter_mut() {
+                m.solver.step.remember();
                 match impact {
                     true => m.solver.step.take_mean_forces(m.tree, gravity),
                     false => m.solver.step.take_mean_velocities(m.tree, &m.state.v, gravity),
                 }
             }
             let last = self.resolve(members, contacts, h)?;
+            each(members, |m| m.solver.step.check_convergence(m.tree, h))?;
             let (rounds, sweeps) = (report.rounds.max(last.rounds), report.sweeps + last.sweeps);
             report = GroupReport { rounds, sweeps, met: last.met };
         }
@@ -126,15 +132,15 @@ impl Group {
             concluded.map_err(|source| GroupError::Member { member: i, source })?;
         }
         if !report.met {
-            self.calm(members, contacts, h);
+            self.calm(members, contacts);
         }
         for m in members.iter_mut() {
             m.solver.step.finish(m.tree, h);
         }
         self.renew(members);
         self.part(members, contacts, h);
-        self.note_distances(contacts, h);
         each(members, |m| m.solver.step.limit(m.tree, m.state, h))?;
+        self.note_distances(contacts, h);
         for m in members.iter_mut() {
             m.solver.step.commit(m.state);
             m.carried.copy_from_slice(&m.solver.step.efforts.drive);
@@ -175,15 +181,17 @@ impl Group {
         self.forms.clear();
         let mut sweeps = 0;
         let mut found = true;
+        let mut released = false;
         self.yields.clear();
         self.yields.resize(members.len(), false);
         for round in 1..=ROUNDS {
             let met = self.solve_joints(members, h)?;
-            // If no law has changed its piece, the impulses of the last sweeps still satisfy the contacts.
+            // If no law has changed its piece, the impulses of the last sweeps still satisfy the contacts, unless they were
+            // found for joints that are released.
             let forms = std::mem::take(&mut self.forms);
             let all = members.iter().flat_map(|m| m.solver.step.pivot.forms());
             self.forms.extend(all);
-            if self.forms == forms {
+            if self.forms == forms && !released {
                 let met = if found && !self.is_stuck() { met } else { self.dissipate(members, contacts, h)? };
                 return Ok(GroupReport { rounds: round, sweeps, met });
             }
@@ -194,8 +202,13 @@ impl Group {
                 self.apply(members, h);
                 continue;
             }
-            self.release(members, h);
+            released = self.release(members, h);
+            let before = (round > ROUNDS / 2).then(|| self.impulses.clone());
             let (count, changed) = self.solve_contacts(contacts, h);
+            // A drive that alternates between holding and yielding has its solution in between.
+            for (old, new) in before.iter().flatten().flatten().zip(self.impulses.iter_mut().flatten()) {
+                *new = 0.5 * (*new + old);
+            }
             sweeps += count;
             found = count < SWEEPS;
             if !changed {
@@ -236,8 +249,8 @@ impl Group {
 
     /// Allows contacts to push joints that are held by friction or a limit: if the bodies of a contact should separate
     /// but no joint can move, the rows of its trees are computed with all joints and drives free, so that an impulse is
-    /// found. The next round decides which joints yield.
-    fn release(&mut self, members: &[Member<'_>], h: f64) {
+    /// found. The next round decides which joints yield. Returns whether there were any.
+    fn release(&mut self, members: &[Member<'_>], h: f64) -> bool {
         let mut stuck: Vec<usize> = (0..members.len()).filter(|i| self.yields[*i]).collect();
         for point in &self.rows.points {
             if point.normal == 0.0 && point.start[0] < point.least_velocity(h) - STEADY {
@@ -260,11 +273,13 @@ impl Group {
         if !stuck.is_empty() {
             self.rows.weigh();
         }
+        !stuck.is_empty()
     }
 
     /// Solves all contacts; returns the number of sweeps, and whether the impulses have changed any velocity.
     fn solve_contacts(&mut self, contacts: &[Contact], h: f64) -> (usize, bool) {
-        let bounces = |(contact, point): (&Contact, &Point)| contact.restitution > 0.0 && point.approach < -RESTING;
+        let bounces =
+            |(contact, point): (&Contact, &Point)| contact.restitution > 0.0 && point.approach < -sweeps::RESTING;
         if !Resting::suits(&self.rows) || contacts.iter().zip(&self.rows.points).any(bounces) {
             return self.sweep(contacts, h);
         }
@@ -287,84 +302,6 @@ impl Group {
         }
     }
 
-    /// Sweeps over all contacts until their impulses no longer change, at most [`SWEEPS`] times; returns the number of
-    /// sweeps, and whether any impulse has changed.
-    fn sweep(&mut self, contacts: &[Contact], h: f64) -> (usize, bool) {
-        for sweep in 1..=SWEEPS {
-            let mut most = 0.0f64;
-            for (i, contact) in contacts.iter().enumerate() {
-                most = most.max(self.press(i, contact, h)).max(self.rub(i, contact));
-            }
-            if most <= FOUND {
-                return (sweep, sweep > 1);
-            }
-        }
-        (SWEEPS, true)
-    }
-
-    /// Computes the normal impulse of a contact, given all other impulses; returns the change of its normal velocity,
-    /// m/s.
-    fn press(&mut self, i: usize, contact: &Contact, h: f64) -> f64 {
-        let point = &self.rows.points[i];
-        if point.normal == 0.0 {
-            return 0.0;
-        }
-        let old = self.impulses[i][0];
-        let velocity = point.start[0] + self.rows.change(point, 0);
-        let least = point.least_velocity(h);
-        let mut new = (old + (least - velocity) / point.normal).max(0.0);
-        let fast = contact.impulse == Vector3::zeros() || contact.restitution >= 1.0;
-        if contact.restitution > 0.0 && fast && point.approach < -RESTING && (new > 0.0 || self.bounces[i]) {
-            self.bounces[i] = true;
-            new = (old + (-contact.restitution * point.approach - velocity) / point.normal).max(0.0);
-        }
-        self.impulses[i][0] = new;
-        let change = (new - old).abs() * point.normal;
-        if change > 0.0 {
-            self.rows.push(i, 0, new - old);
-        }
-        change
-    }
-
-    /// Computes the friction impulse of a contact, given all other impulses; returns an upper bound on the change of
-    /// its tangential velocity, m/s.
-    ///
-    /// The contact sticks if the impulse that stops its sliding is within the bound. Otherwise a projected gradient
-    /// step is done: the impulse is changed against the velocity, then projected onto the circle of the bound. At the
-    /// fixed point, the impulse is opposite to the velocity, whatever the inertia.
-    fn rub(&mut self, i: usize, contact: &Contact) -> f64 {
-        let point = &self.rows.points[i];
-        let [a, b, c] = point.tangents;
-        let [normal, old1, old2] = self.impulses[i];
-        let bound = contact.friction * normal;
-        if a + c == 0.0 || (bound == 0.0 && old1 == 0.0 && old2 == 0.0) {
-            return 0.0;
-        }
-        let slide = |row: usize| dot(point.axes[row], contact.slide.into());
-        let velocity = |row: usize| point.start[row] + self.rows.change(point, row) - slide(row);
-        let (v1, v2) = (velocity(1), velocity(2));
-        let determinant = a * c - b * b;
-        let mut new = [old1 - (c * v1 - b * v2) / determinant, old2 - (a * v2 - b * v1) / determinant];
-        let length = |x: [f64; 2]| (x[0] * x[0] + x[1] * x[1]).sqrt();
-        // With this condition, a contact with an immovable tangential direction is not treated as sticking.
-        let sticks = length(new) <= bound && determinant > 1e-12 * a * c;
-        if !sticks {
-            let pace = 1.0 / (a + c);
-            new = [old1 - pace * v1, old2 - pace * v2];
-            let size = length(new);
-            if size > bound {
-                new = new.map(|x| x * bound / size);
-            }
-        }
-        (self.impulses[i][1], self.impulses[i][2]) = (new[0], new[1]);
-        let change = length([new[0] - old1, new[1] - old2]) * (a + c);
-        if change > 0.0 {
-            self.rows.push(i, 1, new[0] - old1);
-            self.rows.push(i, 2, new[1] - old2);
-        }
-        change
-    }
-
     /// Separates bodies that overlap at the end of the step, by position changes only.
     fn part(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) {
         self.rows.read(members);
@@ -382,6 +319,7 @@ impl Group {
                 self.velocities.extend_from_slice(&self.rows.z[*offset..][..m.tree.velocities()]);
                 step.pivot.factor.finish(m.tree, &mut self.velocities);
                 advance(m.tree, &mut step.q, &self.velocities, h);
+                step.keep_energy(m.tree);
             }
         }
         self.speeds = speeds;
@@ -391,29 +329,6 @@ impl Group {
     fn note_distances(&self, contacts: &mut [Contact], h: f64) {
         for (contact, point) in contacts.iter_mut().zip(&self.rows.points) {
             contact.distance = point.distance + h * (0.5 * point.start[0] + self.rows.change(point, 0));
-        }
-    }
-
-    /// Computes in `z` the velocities at which each contact separates with at least its desired speed.
-    fn impulses_of_parting(&mut self, speeds: &[f64]) {
-        self.velocities.clear();
-        self.velocities.resize(speeds.len(), 0.0);
-        for _ in 0..SWEEPS {
-            let mut most = 0.0f64;
-            for (i, speed) in speeds.iter().enumerate() {
-                let point = &self.rows.points[i];
-                if point.normal == 0.0 || (*speed == 0.0 && self.velocities[i] == 0.0 && point.distance > 0.0) {
-                    continue;
-                }
-                let (old, missing) = (self.velocities[i], speed - self.rows.change(point, 0));
-                let new = (old + missing / point.normal).max(0.0);
-                self.velocities[i] = new;
-                most = most.max((new - old).abs() * point.normal);
-                self.rows.push(i, 0, new - old);
-            }
-            if most <= 1e-9 {
-                break;
-            }
         }
     }
 }

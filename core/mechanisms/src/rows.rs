@@ -157,6 +157,11 @@ impl Rows {
         halves
     }
 
+    /// Returns the Jacobian of a column: the velocities along the normal and both tangents per velocity of the member.
+    pub fn jacobian(&self, column: usize) -> Vec3 {
+        self.jacobian[column]
+    }
+
     /// Merges a second path to the root into the columns from index `first`, which remain sorted.
     fn merge(&mut self, first: usize, path: &[u32], of: impl Fn(u32) -> Vec3) {
         for &d in path {
@@ -280,7 +285,7 @@ fn mass(members: &[Member<'_>], side: Side) -> f64 {
 }
 
 /// Returns the indices of the velocities that move a link, starting at the root.
-fn path(tree: &Tree, link: usize) -> &[u32] {
+pub(crate) fn path(tree: &Tree, link: usize) -> &[u32] {
     match tree.last[link] {
         NONE => &[],
         d => &tree.columns[tree.rows[d as usize]..tree.rows[d as usize + 1]],

@@ -54,6 +54,14 @@ impl Solver {
         Solver { scheme, step: Step::new(tree) }
     }
 
+    /// Sets the maximum angle, rad, by which a joint or a free link turns in a step at its velocity at the end; infinite
+    /// by default. Steps that exceed it, or whose iterations have not converged because links spin fast, fail with
+    /// [`DynamicsError::TooFast`], so that they can be repeated in parts: forces of gyration, which are evaluated at
+    /// means of poses and velocities, would otherwise add energy.
+    pub fn set_max_turn(&mut self, turn: f64) {
+        self.step.max_turn = turn;
+    }
+
     /// Advances a state by a time `h`, s, under gravity, m/s². Complexity: that of forward dynamics per linear solve.
     ///
     /// The scheme's equation is iterated a fixed number of times, starting from the old velocities; errors are of the
@@ -77,18 +85,22 @@ impl Solver {
         step.check(tree, state, drives)?;
         step.contact.fill(0.0);
         let gravity = gravity.into();
-        step.begin(tree, state, drives, h, None);
+        step.begin(tree, state, h);
+        step.set_laws(tree, state, drives, h, None);
         step.guess(tree, &state.v, gravity, h);
         let mut search = step.solve(tree, &state.v, h)?;
         // If no velocity changes, further iterations would yield the same result.
+        step.remember();
         if step.pivot.ends != state.v {
             step.take_mean_velocities(tree, &state.v, gravity);
             search = search.and(step.solve(tree, &state.v, h)?);
         }
+        step.remember();
         if step.pivot.ends != state.v && self.scheme == Scheme::Midpoint {
             step.take_mean_poses(tree, state, gravity, h);
             search = search.and(step.solve(tree, &state.v, h)?);
         }
+        step.check_convergence(tree, h)?;
         step.conclude(tree, state, h, search.met)?;
         step.finish(tree, h);
         step.limit(tree, state, h)?;
@@ -100,6 +112,11 @@ impl Solver {
     /// Returns the forces of the last step.
     pub fn efforts(&self) -> &Efforts {
         &self.step.efforts
+    }
+
+    /// Returns the mean power of all drives in the last step, W.
+    pub fn drive_power(&self) -> f64 {
+        self.step.drive_power
     }
 
     /// Returns the accelerations of the last step, rad/s² or m/s²: the changes of velocity, including impacts at

@@ -63,6 +63,8 @@ pub(crate) struct Dof {
     pub armature: f64,
     pub damping: f64,
     pub friction: f64,
+    /// Whether the velocity is angular.
+    pub angular: bool,
     /// Limits of the position, rad or m; infinite if there are none.
     pub low: f64,
     pub high: f64,
@@ -89,6 +91,11 @@ pub struct Tree {
 }
 
 impl Tree {
+    /// Returns whether a velocity is angular, rad/s, rather than linear, m/s; false if there is none with this index.
+    pub fn is_angular(&self, velocity: usize) -> bool {
+        self.dofs.get(velocity).is_some_and(|dof| dof.angular)
+    }
+
     /// Creates a tree after checking its description. Complexity in time and memory: number of links times depth.
     ///
     /// # Errors
@@ -177,7 +184,12 @@ impl Tree {
             last = d as u32;
             let position = if velocities == 1 { self.positions as u32 } else { NONE };
             let &Link { armature, damping, friction, .. } = link;
-            self.dofs.push(Dof { armature, damping, friction, low, high, position });
+            let angular = match link.joint {
+                Joint::Revolute(_) | Joint::Spherical => true,
+                Joint::Free => d >= velocity + 3,
+                Joint::Fixed | Joint::Prismatic(_) => false,
+            };
+            self.dofs.push(Dof { armature, damping, friction, angular, low, high, position });
         }
         self.last.push(last);
         self.positions += link.joint.positions();

@@ -4,6 +4,9 @@
 use super::{Group, ROUNDS, STEADY};
 use crate::{contact::Contact, error::GroupError, member::Member, vector::dot};
 
+/// Energy that impulses may give due to rounding, relative to the effect of all of them.
+const ROUNDING: f64 = 1e-9;
+
 impl Group {
     /// Removes impulses that were found for drives that hold, but have thrown the joints to their limits, because they
     /// exceed the bounds of the drives; from then on, contacts of these members are solved as if their drives yielded.
@@ -35,7 +38,7 @@ impl Group {
         h: f64,
     ) -> Result<bool, GroupError> {
         for attempt in 1..=ROUNDS {
-            let share = self.share(members, contacts, h);
+            let share = self.share(members, contacts);
             if share >= 1.0 {
                 break;
             }
@@ -49,8 +52,8 @@ impl Group {
 
     /// Reduces impulses like [`dissipate`](Self::dissipate) after the velocities have been computed, and the velocities
     /// by their effect.
-    pub(super) fn calm(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) {
-        let share = self.share(members, contacts, h);
+    pub(super) fn calm(&mut self, members: &mut [Member<'_>], contacts: &[Contact]) {
+        let share = self.share(members, contacts);
         if share >= 1.0 {
             return;
         }
@@ -65,25 +68,27 @@ impl Group {
         }
     }
 
-    /// Returns the fraction of the impulses that takes most energy from the bodies, at most a half, or 1 if all of them
-    /// together take energy.
-    fn share(&mut self, members: &[Member<'_>], contacts: &[Contact], h: f64) -> f64 {
+    /// Returns the fraction of the impulses, at most 1, at which they take energy from the bodies.
+    ///
+    /// The velocities at the end of a step under the laws of joints and contacts satisfy a variational inequality. As
+    /// bodies at rest satisfy all contacts, it implies that the impulses times these velocities are at most 0, except
+    /// for what bouncing contacts return.
+    fn share(&mut self, members: &[Member<'_>], contacts: &[Contact]) -> f64 {
         self.renew(members);
         self.rows.read(members);
         self.push_all(1.0);
-        // With impulses l, W l their effect, and v the velocities with them: the energy given to the bodies, relative to
-        // surfaces that move, is l (v - target) - l W l / 2.
+        // With impulses l, W l their effect, and v the velocities with them, a share s gives l (v - (1 - s) W l).
         let (mut effect, mut given) = (0.0, 0.0);
-        for ((contact, point), impulse) in contacts.iter().zip(&self.rows.points).zip(&self.impulses) {
-            let target = [point.least_velocity(h), 0.0, 0.0];
-            for row in 0..3 {
-                let slide = if row > 0 { dot(point.axes[row], contact.slide.into()) } else { 0.0 };
-                effect += impulse[row] * self.rows.change(point, row);
-                given += impulse[row] * (point.start[row] - target[row] - slide);
+        for (i, (contact, point)) in contacts.iter().zip(&self.rows.points).enumerate() {
+            let back = if self.bounces[i] { -contact.restitution * point.approach } else { 0.0 };
+            let slide = |row: usize| dot(point.axes[row], contact.slide.into());
+            for (row, target) in [back, slide(1), slide(2)].into_iter().enumerate() {
+                effect += self.impulses[i][row] * self.rows.change(point, row);
+                given += self.impulses[i][row] * (point.start[row] - target);
             }
         }
         self.rows.z.fill(0.0);
-        if given <= 0.5 * effect { 1.0 } else { (1.0 - given / effect).clamp(0.0, 0.5) }
+        if given <= ROUNDING * effect { 1.0 } else { (1.0 - given / effect).clamp(0.0, 1.0) }
     }
 
     /// Applies a multiple of all impulses to `z`.

@@ -1,5 +1,7 @@
 //! The physics stage.
 
+use std::collections::BTreeMap;
+
 use tatu_devices::actuators;
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
@@ -26,10 +28,32 @@ pub(super) fn physics(world: &WorldCell, dt: f64) {
     }
     let notices = world.state.dynamics.borrow_mut().take_notices();
     notices.iter().for_each(|text| world.log(TATU_LOG_WARNING, text));
-    for slot in done.lost {
-        let path = world.state.scene.borrow().path(slot);
-        let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));
-        fault.object = Some(path);
+    tell_of_lost(world, &done.lost);
+}
+
+/// Reports objects whose bodies are frozen: one error for each object at the top of the scene, because a mechanism is
+/// frozen as a whole.
+fn tell_of_lost(world: &WorldCell, slots: &[u32]) {
+    let mut lost: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for slot in slots {
+        let path = world.state.scene.borrow().path(*slot);
+        let top = path.trim_start_matches('/').split('/').next().unwrap_or_default();
+        lost.entry(format!("/{top}")).or_default().push(path);
+    }
+    for (top, paths) in lost {
+        let motion = match &paths[..] {
+            [path] => format!("the motion of {path} became infinite; it is frozen"),
+            [first, ..] => {
+                let name = first.rsplit('/').next().unwrap_or_default();
+                format!(
+                    "the motion of {} objects of {top}, such as {name}, became infinite; they are frozen",
+                    paths.len()
+                )
+            }
+            [] => continue,
+        };
+        let mut fault = Fault::new(FaultKind::Physics, motion);
+        fault.object = paths.into_iter().next();
         fault.help = Some("look for masses or forces that differ greatly, or use a smaller physics_dt_s".into());
         world.report(fault);
     }

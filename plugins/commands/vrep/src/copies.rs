@@ -238,7 +238,8 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
         .collect())
 }
 
-/// Scales a shape by one factor per axis without changing its mass; objects of other kinds remain unchanged.
+/// Scales a shape by one factor per axis without changing its mass, with its centre of mass and its inertia; objects of
+/// other kinds remain unchanged.
 fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     if f.iter().any(|x| *x <= 0.0) {
         return Err(Fail::argument("the scale factors must be greater than 0"));
@@ -248,6 +249,8 @@ fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     }
     let (w, p) = (c.world(), &c.plugin().p);
     let mass = w.f64(o.id, p.mass)?;
+    let matter = || Result::Ok((w.f64s::<3>(o.id, p.com)?, w.f64s::<9>(o.id, p.inertia)?));
+    let (com, inertia) = matter()?;
     if text_of(c, o.id, p.primitive)? == "mesh" {
         let v = w.get(o.id, p.surface)?.to_value()?;
         if let Value::List(lists) = v
@@ -260,5 +263,26 @@ fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
         let size = w.f64s::<3>(o.id, p.size)?;
         w.set_f64s(o.id, p.size, &[size[0] * f[0], size[1] * f[1], size[2] * f[2]])?;
     }
-    w.set_f64s(o.id, p.mass, &[mass])
+    w.set_f64s(o.id, p.mass, &[mass])?;
+    // Values that the shape does not state follow its form; the others have not changed.
+    let (new_com, new_inertia) = matter()?;
+    if new_com == com && com != [0.0; 3] {
+        w.set_f64s(o.id, p.com, &[com[0] * f[0], com[1] * f[1], com[2] * f[2]])?;
+    }
+    if new_inertia == inertia && f != [1.0; 3] {
+        w.set(o.id, p.inertia, &Value::Floats(scaled_inertia(&inertia, f).to_vec()))?;
+    }
+    Ok(())
+}
+
+/// Returns the inertia of a body, by rows, whose points have been scaled by one factor per axis about its centre of mass.
+fn scaled_inertia(inertia: &[f64; 9], f: [f64; 3]) -> [f64; 9] {
+    let trace = |m: &[f64; 9]| m[0] + m[4] + m[8];
+    // The second moments of mass, sum(m x y), are scaled by both factors; the inertia is their trace minus them.
+    let half = 0.5 * trace(inertia);
+    let moments = std::array::from_fn(|i| {
+        let own = if i % 4 == 0 { half } else { 0.0 } - inertia[i];
+        own * f[i / 3] * f[i % 3]
+    });
+    std::array::from_fn(|i| if i % 4 == 0 { trace(&moments) } else { 0.0 } - moments[i])
 }

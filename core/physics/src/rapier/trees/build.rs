@@ -304,7 +304,8 @@ impl Rapier {
             kinematics: Kinematics::new(&tree),
             drives: Drives::new(&tree),
             efforts: vec![0.0; tree.velocities()],
-            spins: spins(&tree),
+            work: 0.0,
+            spins: (0..tree.velocities()).filter(|v| tree.is_angular(*v)).collect(),
             damping,
             tree,
             state,
@@ -328,20 +329,6 @@ impl Rapier {
         }
         self.tables.mechanisms[index].built = Some(built);
     }
-}
-
-/// Returns the indices of the angular velocities of a tree.
-fn spins(tree: &Tree) -> Vec<usize> {
-    let of = |(i, link): (usize, &Link)| {
-        let first = tree.offsets(i).map_or(0, |(_, v)| v);
-        match link.joint {
-            Joint::Revolute(_) => first..first + 1,
-            Joint::Spherical => first..first + 3,
-            Joint::Free => first + 3..first + 6,
-            Joint::Fixed | Joint::Prismatic(_) => 0..0,
-        }
-    };
-    tree.links().iter().enumerate().flat_map(of).collect()
 }
 
 /// Returns the mass of a body, kg, and its inertia about the centre of mass in the body's axes, kg m^2.

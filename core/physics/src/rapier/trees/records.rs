@@ -65,6 +65,8 @@ pub(in crate::rapier) struct Built {
     pub damping: [f64; 2],
     /// Efforts of the drives, summed over the sub-steps of the last step, N m or N.
     pub efforts: Vec<f64>,
+    /// Energy that the drives added in the last step, J, for checks of the balance of energy.
+    pub work: f64,
     /// Indices of the velocities that are angular.
     pub spins: Vec<usize>,
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rapier3d::math::Vector;
 use rayon::prelude::*;
-use tatu_mechanisms::{Contact, Group, Member};
+use tatu_mechanisms::{Contact, DynamicsError, Group, GroupError, Member};
 
 use super::{
     contacts::Found,
@@ -230,23 +230,16 @@ impl Island {
             built.state.q.copy_from_slice(&mechanism.q);
             built.state.v.copy_from_slice(&mechanism.v);
             built.efforts.fill(0.0);
+            built.work = 0.0;
         }
         let first = self.mechanisms.first_mut().and_then(|m| m.built.as_mut());
         let mut group = first.map(|built| std::mem::take(&mut built.group)).unwrap_or_default();
         for _ in 0..substeps {
             let parts = self.parts(h);
             for _ in 0..parts {
-                if self.substep(&mut group, gravity, h / parts as f64).is_none() {
+                if self.part(&mut group, gravity, h / parts as f64, h).is_err() {
                     self.lost = true;
                     return;
-                }
-                for (total, contact) in self.totals.iter_mut().zip(&self.contacts) {
-                    *total += contact.impulse;
-                }
-                for mechanism in &mut self.mechanisms {
-                    let Some(built) = &mut mechanism.built else { continue };
-                    let efforts = built.efforts.iter_mut().zip(&mechanism.carried);
-                    efforts.for_each(|(sum, effort)| *sum += effort / parts as f64);
                 }
             }
         }
@@ -274,18 +267,43 @@ impl Island {
         ((h * most / TURN).ceil() as usize).clamp(1, MOST_PARTS)
     }
 
-    fn substep(&mut self, group: &mut Group, gravity: Vector3<f64>, h: f64) -> Option<()> {
-        if self.contacts.is_empty() {
-            for mechanism in &mut self.mechanisms {
-                let Some(built) = &mut mechanism.built else { continue };
-                built.solver.step(&mut built.state, &built.tree, &built.drives, gravity, h).ok()?;
-                mechanism.carried.copy_from_slice(&built.solver.efforts().drive);
+    /// Advances the trees by a part `h` of a sub-step, s. If something would turn too far, because an impact has made it
+    /// spin, the part is divided further.
+    fn part(&mut self, group: &mut Group, gravity: Vector3<f64>, h: f64, substep: f64) -> Result<(), DynamicsError> {
+        let max_turn = if h > substep / MOST_PARTS as f64 { 1.25 * TURN } else { f64::INFINITY };
+        match self.step(group, gravity, h, max_turn) {
+            Err(DynamicsError::TooFast { .. }) => {
+                self.part(group, gravity, 0.5 * h, substep)?;
+                return self.part(group, gravity, 0.5 * h, substep);
             }
-            return Some(());
+            other => other?,
         }
+        for (total, contact) in self.totals.iter_mut().zip(&self.contacts) {
+            *total += contact.impulse;
+        }
+        for mechanism in &mut self.mechanisms {
+            let Some(built) = &mut mechanism.built else { continue };
+            let efforts = built.efforts.iter_mut().zip(&mechanism.carried);
+            efforts.for_each(|(sum, effort)| *sum += effort * (h / substep));
+            built.work += h * built.solver.drive_power();
+        }
+        Ok(())
+    }
+
+    /// Advances the trees by one step of their solver; if this fails, no tree has moved.
+    fn step(&mut self, group: &mut Group, gravity: Vector3<f64>, h: f64, max_turn: f64) -> Result<(), DynamicsError> {
         let mut members = Vec::with_capacity(self.mechanisms.len());
         for mechanism in &mut self.mechanisms {
-            let built = mechanism.built.as_mut()?;
+            let Some(built) = &mut mechanism.built else {
+                // Contacts refer to members by their indices, so none may be left out.
+                if self.contacts.is_empty() { continue } else { return Err(DynamicsError::Diverged) }
+            };
+            built.solver.set_max_turn(max_turn);
+            if self.contacts.is_empty() {
+                built.solver.step(&mut built.state, &built.tree, &built.drives, gravity, h)?;
+                mechanism.carried.copy_from_slice(&built.solver.efforts().drive);
+                continue;
+            }
             members.push(Member {
                 tree: &built.tree,
                 state: &mut built.state,
@@ -294,7 +312,13 @@ impl Island {
                 carried: &mut mechanism.carried,
             });
         }
-        group.step(&mut members, &mut self.contacts, gravity, h).ok()?;
-        Some(())
+        if members.is_empty() {
+            return Ok(());
+        }
+        match group.step(&mut members, &mut self.contacts, gravity, h) {
+            Ok(_) => Ok(()),
+            Err(GroupError::Member { source, .. }) => Err(source),
+            Err(GroupError::Contact { .. }) => Err(DynamicsError::Diverged),
+        }
     }
 }
