@@ -169,6 +169,11 @@ impl Batch {
         })
     }
 
+    /// Returns the lowest and the highest value of the numbers of each action, as their properties declare them.
+    fn bounds(&self, py: Python<'_>) -> PyResult<Vec<(Option<f64>, Option<f64>)>> {
+        self.with(py, |inside| Ok(inside.kept[0].acted.iter().map(|c| c.bounds.into()).collect()))
+    }
+
     /// Sets actions, if there are any, runs `n` steps in each chosen world, and writes the observations of all worlds.
     ///
     /// Returns for each world whether it is still running, and whether anything was logged.

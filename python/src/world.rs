@@ -15,7 +15,6 @@ use pyo3::{
 use tatu_core::{
     errors::{Error as Wrong, Result},
     plugins::Declared,
-    scene::rows::KINDS,
     state::Snapshot,
 };
 use tatu_embed::{Host, Scene, Seat, Setup, View};
@@ -232,11 +231,11 @@ impl World {
 
     /// Returns the path and kind of each object, in order of the tree.
     fn objects(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
-        let kind = |kind: i32| KINDS.iter().find(|(_, k)| *k == kind).map_or("script", |(name, _)| *name).to_owned();
         self.with(py, |seat| {
             Ok(seat.world()?.look_at(|scene, _| {
                 let mut paths = scene.paths();
-                let all = scene.slots().filter_map(|(slot, o)| Some((paths.remove(&slot)?, kind(o.kind()))));
+                let all =
+                    scene.slots().filter_map(|(slot, o)| Some((paths.remove(&slot)?, o.kind().name().to_owned())));
                 all.collect()
             }))
         })

@@ -79,6 +79,11 @@ class Batch:
         """The shapes of the observations and of the actions, in the order given to `bind`."""
         return [tuple(s) for s in self._shapes[0]], [tuple(s) for s in self._shapes[1]]
 
+    @property
+    def bounds(self) -> List[Tuple[Optional[float], Optional[float]]]:
+        """The lowest and the highest value of each action, in the order given to `bind`; `None` if it is unlimited."""
+        return self._native.bounds()
+
     def step(
         self, actions: Optional[Any] = None, n: int = 1, *, worlds: Optional[np.ndarray] = None
     ) -> np.ndarray:

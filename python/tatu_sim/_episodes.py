@@ -127,9 +127,16 @@ class Episodes:
         at = {name: np.arange(starts[i], starts[i + 1]) for i, name in enumerate(names)}
         self._observe = Observer([(o, Numbers(o.source, at)) for o in d.observe], self.dtype)
         sizes = [int(np.prod(shape, dtype=int)) for shape in set_]
+        # Values beyond the range of a property would be refused.
+        ranges = self.batch.bounds
+        least = [a.low if low is None else max(a.low, low) for (_, a), (low, _) in zip(acted, ranges)]
+        greatest = [a.high if high is None else min(a.high, high) for (_, a), (_, high) in zip(acted, ranges)]
+        for (_, a), low, high in zip(acted, least, greatest):
+            if not low < high:
+                raise ValueError(f"{a.place}: no value from {a.low:g} to {a.high:g} is in the range of `{a.field}`")
         #: Bounds of the elements of an action.
-        self.act_low = np.repeat([a.low for _, a in acted], sizes)
-        self.act_high = np.repeat([a.high for _, a in acted], sizes)
+        self.act_low = np.repeat(least, sizes)
+        self.act_high = np.repeat(greatest, sizes)
         self._terms = [Value(t, at, len(self.act_low)) for t in d.reward]
         self._conditions = [Value(t, at, len(self.act_low)) for t in d.end]
         self._watch = {name: Numbers(s, at) for name, s in d.watch.items()}

@@ -7,7 +7,7 @@ use tatu_core::{
     plugins::{
         CommandEntry, Declared, FieldInfo, Found, Model, ModelNumber, PresetInfo, Registry, SensorKind, schemas,
     },
-    scene::rows::{KINDS, rows_of},
+    scene::{Kind, rows::rows_of},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
@@ -90,9 +90,9 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "sensors": filled.collect::<Vec<_>>(), "fields": fields.collect::<Vec<_>>(),
         }));
     }
-    if let Some((name, kind)) = KINDS.iter().find(|(n, _)| *n == id) {
-        let rows: Vec<Declared> = rows_of(Some(*kind)).map(|row| row.param()).collect();
-        out.push(json!({ "what": "object kind", "id": name, "parameters": parameters(&rows, true) }));
+    if let Some(kind) = Kind::parse(id) {
+        let rows: Vec<Declared> = rows_of(Some(kind)).map(|row| row.declared().clone()).collect();
+        out.push(json!({ "what": "object kind", "id": id, "parameters": parameters(&rows, true) }));
     }
     if let Some((command, _)) = r.command(id) {
         out.extend(r.commands.get(command as usize - 1).map(|c| self::command(r, c)));
@@ -161,7 +161,7 @@ pub fn names(r: &Registry) -> Vec<String> {
         .chain(schemas::known().iter().map(|s| &s.id))
         .chain(r.commands.iter().flat_map(|c| c.names.iter().map(|n| &n.name)));
     let found = r.found_models().into_iter().map(|f| f.id);
-    ids.cloned().chain(found).chain(KINDS.iter().map(|(n, _)| (*n).to_owned())).collect()
+    ids.cloned().chain(found).chain(Kind::names().map(str::to_owned)).collect()
 }
 
 fn command(r: &Registry, c: &CommandEntry) -> Json {
@@ -179,8 +179,7 @@ fn command(r: &Registry, c: &CommandEntry) -> Json {
 fn parameters(all: &[Declared], in_files: bool) -> Vec<Json> {
     all.iter()
         .map(|p| {
-            let bound = |x: f64| x.is_finite().then_some(x);
-            let range = [bound(p.lowest), bound(p.highest)];
+            let range = p.bounds();
             let range = if range == [None, None] { Json::Null } else { json!(range) };
             let mut out = json!({
                 "name": p.key, "type": type_name(p), "unit": p.unit, "range": range, "default": to_json(&p.fallback),

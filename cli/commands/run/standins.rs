@@ -18,7 +18,7 @@ use tatu_core::{
     document::{Options, Override, SCRIPT_KINDS, ServiceOverride, Sources},
     errors::{Error, Fault, FaultKind},
     plugins::Registry,
-    scene::rows::KINDS,
+    scene::Kind,
 };
 use tatu_embed::search;
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
@@ -237,7 +237,7 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
         schema if schema.contains('/') && registry.sensor(schema, &BTreeMap::new()).is_ok() => "sensor",
         // The exact kind of sensor or actuator is unknown, so a dummy takes its place.
         "sensor" | "actuator" => "dummy",
-        kind if KINDS.iter().any(|(k, _)| *k == kind) => kind,
+        kind if Kind::parse(kind).is_some() => kind,
         _ => "dummy",
     };
     let _ = writeln!(out, "[[object]]\nkind = \"{kind}\"\nalias = {}\nposition_m = {at:?}", quoted(&s.alias));

@@ -125,13 +125,22 @@ impl Declared {
             let quoted: Vec<_> = self.choices.iter().map(|c| format!("\"{c}\"")).collect();
             out = format!("one of {}", quoted.join(", "));
         }
-        match (self.lowest.is_finite(), self.highest.is_finite()) {
-            (true, true) => out += &format!(" from {} to {}", self.lowest, self.highest),
-            (true, false) => out += &format!(", at least {}", self.lowest),
-            (false, true) => out += &format!(", at most {}", self.highest),
-            (false, false) => {}
+        // The least number above 0 stands for a range that excludes 0.
+        let above = self.lowest == f64::next_up(0.0);
+        match self.bounds() {
+            [Some(_), Some(high)] if above => out += &format!(" above 0, at most {high}"),
+            [Some(_), None] if above => out += " above 0",
+            [Some(low), Some(high)] => out += &format!(" from {low} to {high}"),
+            [Some(low), None] => out += &format!(", at least {low}"),
+            [None, Some(high)] => out += &format!(", at most {high}"),
+            [None, None] => {}
         }
         out
+    }
+    /// Returns the minimum and the maximum value, if there are any. A range that ends at the greatest finite number
+    /// only excludes infinity.
+    pub fn bounds(&self) -> [Option<f64>; 2] {
+        [self.lowest, self.highest].map(|x| Some(x).filter(|x| x.is_finite() && x.abs() < f64::MAX))
     }
 }
 

@@ -5,7 +5,8 @@
 //! - `object`: a single object; `tree`: the tree of all objects, in slots with generations; `names`, `name_index`:
 //!   lookup by path and by unique name; `moves`: the shapes that have moved;
 //! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting poses;
-//! - [`rows`]: the table of the core's properties; `props`: reading and setting properties;
+//! - `property`: declarations of properties; [`rows`]: the table of the core's properties; `properties`: reading and
+//!   setting them;
 //! - [`folders`]: folders below which files are opened;
 //! - `forms`: the solids of a shape; `matter`: their mass, centre of mass and inertia at uniform density; `drive`: the
 //!   wheel drive of a robot; `texture`: images on shapes;
@@ -31,13 +32,14 @@ pub mod noise;
 mod notices;
 mod object;
 mod poses;
-mod props;
+mod properties;
+mod property;
 pub mod rows;
 mod texture;
 mod transforms;
 mod tree;
 
-pub use document::{FRICTION_RULES, FrictionPair};
+pub use document::FrictionPair;
 pub use drive::Drive;
 pub use dynamics::{AfterStep, Dynamics, Hooks, mass_props};
 pub use forms::{collision_parts, is_endless, visible_parts};
@@ -48,10 +50,11 @@ pub use moves::Moves;
 pub use names::{ALIAS, is_alias};
 pub use object::{
     ActuatorData, Body, Camera, Control, Course, Data, Derived, Follow, ForceSensor, Joint, JointSolver, JointType,
-    Light, LightForm, Object, Path, Primitive, SensorData, SensorTargets, Shape, ShapePart,
+    Kind, Light, LightForm, Object, Path, Primitive, SensorData, SensorTargets, Shape, ShapePart, notes, notes_value,
+    part_images, part_meshes,
 };
-pub use props::{Changed, get, numbers, set, set_numbers};
-pub use props::{is_drive, notes, notes_value, part_images, part_meshes};
+pub use properties::{get, is_drive, numbers, set, set_numbers};
+pub use rows::Effect;
 pub use texture::ShapeTexture;
 pub use tree::{Handle, Scene};
 

@@ -309,7 +309,7 @@ mod tests {
         let mass_of = |scene: &crate::Scene| mass(scene.get(slot).unwrap().shape().unwrap());
         assert!((mass_of(&scene) - 1.0).abs() < 1e-12);
         let size = tatu_plugin_api::safe::Value::Floats(vec![0.2, 0.1, 0.1]);
-        crate::set(&mut scene, slot, crate::rows::Row::Size, &size).unwrap();
+        crate::set(&mut scene, slot, crate::rows::Row::SIZE, &size).unwrap();
         assert!((mass_of(&scene) - 2.0).abs() < 1e-12);
     }
 }

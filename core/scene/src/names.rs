@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Object, Scene};
+use super::{Kind, Object, Scene};
 
 /// Description of a valid alias, for error messages.
 pub const ALIAS: &str = "a non-empty string without `/` or control characters";
@@ -138,7 +138,7 @@ impl Scene {
             Some((alias, n)) => (alias, n.parse().ok()?),
             None => (name, -1),
         };
-        let is_script = |s: &u32| self.get(*s).is_none_or(|o| o.kind() == tatu_plugin_api::abi::TATU_KIND_SCRIPT);
+        let is_script = |s: &u32| self.get(*s).is_none_or(|o| o.kind() == Kind::Script);
         self.index.named(alias, suffix).find(|s| !is_script(s))
     }
 

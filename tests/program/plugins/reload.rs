@@ -415,3 +415,25 @@ fn a_run_that_takes_changes_cannot_be_logged() {
     let same = place.run(&["--reload", "--steps", "20"]).good().json();
     assert_eq!((&same["hash"], &same["reloads"]), (&plain["hash"], &json!(0)));
 }
+
+#[test]
+fn a_graph_whose_streams_change_records_the_new_ones() {
+    let stream = |name: &str| format!("{{ name = \"{name}\", of = \"/ball\", data = \"{name}\" }}");
+    let scene = |streams: &str| {
+        format!(
+            "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"ball\"\n\
+             [[object]]\nkind = \"graph\"\nalias = \"g\"\nstreams = [{streams}]\n"
+        )
+    };
+    let place = Place::new();
+    place.write("scene.toml", &scene(&stream("z")));
+    let mut held = Held::start(&place, &["--reload", "--graphs", "out"]);
+    held.steps(5);
+    held.write(&place, "scene.toml", &scene(&format!("{}, {}", stream("z"), stream("x")))).steps(5);
+    let (_, ended) = held.end();
+    tells(&ended.good(), &["reloaded /g: graph.streams"]);
+    let table = place.read("out/g.csv");
+    let head = table.lines().next().unwrap();
+    assert!(head.contains('z') && head.contains('x'), "{table}");
+    assert!(table.lines().count() > 4, "{table}");
+}

@@ -124,7 +124,7 @@ fn failing_importers_leave_a_sentence_and_nothing_else() {
         ("s", &["cannot import x.bad: `faulty` gave no reason"][..]),
         ("l", &["x.bad:3: a bad line"]),
         ("n", &["part.bin:7: a bad part"]),
-        ("m", &["x.bad", "mass must be greater than 0"]),
+        ("m", &["x.bad", "`shape.mass`: expected a number above 0"]),
         ("p", &["x.bad", "the parent of `lost` does not exist"]),
         ("k", &["x.bad", "`spoon`"]),
         ("r", &["x.bad", "beyond repair"]),

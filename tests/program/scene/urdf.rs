@@ -125,9 +125,9 @@ fn masses_and_inertias_are_those_of_the_file() {
             other => panic!("{other:?}"),
         }
     };
-    assert_eq!(numbers("/cart/left_motor/left_wheel", Row::Mass), [0.5]);
+    assert_eq!(numbers("/cart/left_motor/left_wheel", Row::MASS), [0.5]);
     // The joint's z axis is the y axis of the file. The wheel has its own frame, so its inertias are those in the file.
-    let wheel = numbers("/cart/left_motor/left_wheel", Row::Inertia);
+    let wheel = numbers("/cart/left_motor/left_wheel", Row::INERTIA);
     for (i, wanted) in [(0, 0.0014), (4, 0.0025), (8, 0.0014), (1, 0.0)] {
         assert!((wheel[i] - wanted).abs() < 1e-12, "{i}: {wheel:?}");
     }
@@ -140,8 +140,8 @@ fn masses_and_inertias_are_those_of_the_file() {
     ];
     let mass: f64 = parts.iter().map(|p| p.0).sum();
     let com = [0, 1, 2].map(|i| parts.iter().map(|p| p.0 * p.1[i]).sum::<f64>() / mass);
-    assert!((numbers("/cart", Row::Mass)[0] - mass).abs() < 1e-12);
-    let (found, inertia) = (numbers("/cart", Row::Com), numbers("/cart", Row::Inertia));
+    assert!((numbers("/cart", Row::MASS)[0] - mass).abs() < 1e-12);
+    let (found, inertia) = (numbers("/cart", Row::COM), numbers("/cart", Row::INERTIA));
     for i in 0..3 {
         assert!((found[i] - com[i]).abs() < 1e-12, "{found:?} {com:?}");
         let others = [(i + 1) % 3, (i + 2) % 3];

@@ -133,7 +133,7 @@ fn what_goes_wrong_in_them_is_told_in_their_order() {
     assert!(order.map(place).is_sorted(), "{second}");
     for what in [
         "setInt32Signal: scripts that run in parallel with others (`side_by_side`) cannot call it",
-        "expected finite numbers",
+        "expected a number, found NaN",
     ] {
         place(what);
     }

@@ -270,7 +270,7 @@ fn a_preset_can_be_read_and_set_while_it_runs() {
             refused('did you mean `steep`', sim.setStringProperty, 'sensor.preset', 'stepe')
             refused('did you mean `value`', sim.setStringProperty, 'sensor.noise', 'valeu.step = 1')
             refused('line 2 of `noise`', sim.setStringProperty, 'sensor.noise', 'value.step = 1\\ndrawn.step = true')
-            refused('at least 0 Hz', sim.setFloatProperty, 'sensor.rate', -1)
+            refused('expected a number, at least 0, found -1', sim.setFloatProperty, 'sensor.rate', -1)
             refused('expected a number from 0 to 100', sim.setStringProperty, 'sensor.preset', 'too_much')
             assert(sim.getStringProperty(ramp, 'sensor.preset') == 'steep')
         elseif t > 0.48 and not done then

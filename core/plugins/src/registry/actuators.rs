@@ -12,9 +12,9 @@ use super::{
 use crate::{Declared, tables};
 
 impl Registry {
-    /// Returns the declarations of a device's kind; `object_kind` is `TATU_KIND_SENSOR` or `TATU_KIND_ACTUATOR`.
-    pub fn device(&self, object_kind: i32, kind: usize) -> DeviceKind<'_> {
-        if object_kind == TATU_KIND_ACTUATOR {
+    /// Returns the declarations of the kind of an actuator, or of a sensor.
+    pub fn device(&self, is_actuator: bool, kind: usize) -> DeviceKind<'_> {
+        if is_actuator {
             let k = &self.actuators[kind];
             return DeviceKind { plugin: k.plugin, id: &k.id, params: &k.params, commands: &k.commands };
         }

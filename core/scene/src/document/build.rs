@@ -5,19 +5,16 @@ use std::{collections::BTreeMap, ops::Range, path::Path, sync::Arc};
 use nalgebra::{Isometry3, Point3};
 use tatu_errors::{Error, Place, Result};
 use tatu_geometry::{Image, MOST_PIXELS, Mesh};
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
 use tatu_plugins::{Declared, Registry, SensorKind, texts::label};
 use toml_edit::Item;
 
-use super::{
-    DeviceSpec, Document, MAIN, ObjectSpec, Report, ScriptSpec, keys, presets,
-    presets::{Target, row},
-    reach::Reach,
-};
+use super::{DeviceSpec, Document, MAIN, ObjectSpec, Report, ScriptSpec, keys, presets, presets::Target, reach::Reach};
 use crate::{
+    Data, Scene,
     names::{ALIAS, is_alias},
     noise::NoiseSpec,
-    rows::{KINDS, Row, kind_name, rows_of},
+    rows::{InFiles, Kind, Row, rows_of},
 };
 
 /// Maximum total size of the images of a scene in bytes, at 4 bytes per pixel.
@@ -54,8 +51,8 @@ impl<'a> Builder<'a> {
 
     /// Adds an object and returns its index. If the alias is empty, it defaults to the name of the kind.
     pub fn object(&mut self, kind: &str, parent: Option<usize>, alias: &str) -> Result<usize> {
-        let Some((_, number)) = KINDS.iter().find(|(n, _)| *n == kind) else {
-            let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
+        let Some(of_kind) = Kind::parse(kind) else {
+            let known = Kind::names();
             return Err(Error::new("E102", format!("unknown object kind `{kind}`"))
                 .expected(format!("one of {}", known.join(", ")))
                 .nearest(kind, known));
@@ -72,7 +69,7 @@ impl<'a> Builder<'a> {
         }
         self.document.names.add(parent, alias);
         self.document.objects.push(ObjectSpec {
-            kind: *number,
+            kind: of_kind,
             alias: alias.to_owned(),
             parent,
             rows: Vec::new(),
@@ -90,15 +87,15 @@ impl<'a> Builder<'a> {
     pub fn declared(&self, object: usize) -> Vec<(Declared, Target)> {
         let spec = &self.document.objects[object];
         // The parent is set by `parent`, and the unique name follows from the alias.
-        let rows = rows_of(Some(spec.kind)).map(|r| (r.param(), Target::Row(row(r.key))));
-        let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name))).map(|(p, t)| match t {
+        let rows = rows_of(Some(spec.kind)).map(|r| (r.declared().clone(), Target::Row(r)));
+        let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::PARENT | Row::NAME))).map(|(p, t)| match t {
             // The key `position_m` already means the position of the joint object in its parent's frame.
-            Target::Row(Row::JointPosition) => (Declared { key: "joint_position".into(), ..p }, t),
+            Target::Row(Row::JOINT_POSITION) => (Declared { key: "joint_position".into(), ..p }, t),
             _ => (p, t),
         });
         // The unit depends on whether the joint is revolute or prismatic.
         let slides =
-            spec.rows.iter().rev().find(|(r, _)| *r == Row::JointType).is_some_and(|(_, v)| *v == "prismatic".into());
+            spec.rows.iter().rev().find(|(r, _)| *r == Row::JOINT_TYPE).is_some_and(|(_, v)| *v == "prismatic".into());
         let rows = rows.map(move |(p, t)| {
             let unit = p
                 .unit
@@ -110,7 +107,7 @@ impl<'a> Builder<'a> {
                 None => (p, t),
             }
         });
-        let params = spec.device.iter().flat_map(|d| self.registry.device(spec.kind, d.kind).declared());
+        let params = spec.device.iter().flat_map(|d| self.registry.device(spec.is_actuator(), d.kind).declared());
         rows.chain(params.enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
     }
 
@@ -122,12 +119,15 @@ impl<'a> Builder<'a> {
         if matches!(key, "object.name" | "name") {
             return self.name(object, &value);
         }
-        let kind = kind_name(spec.kind);
+        let kind = spec.kind.name();
         let short = match key.split_once('.') {
             Some(("joint", "position")) => "joint_position",
             Some((prefix, short)) if prefix == kind || prefix == "object" => short,
             Some((prefix, short))
-                if spec.device.as_ref().is_some_and(|d| self.registry.device(spec.kind, d.kind).id == prefix) =>
+                if spec
+                    .device
+                    .as_ref()
+                    .is_some_and(|d| self.registry.device(spec.is_actuator(), d.kind).id == prefix) =>
             {
                 short
             }
@@ -165,7 +165,7 @@ impl<'a> Builder<'a> {
             return Err(Error::new("E102", format!("`{name}` cannot be a unique name of `{}`", spec.alias))
                 .expected("the alias, or the alias with `#` and a number"));
         };
-        spec.rows.push((Row::Name, Value::text(name)));
+        spec.rows.push((Row::NAME, Value::text(name)));
         if spec.group == 0 {
             self.document.names.tell(object, &spec.alias, suffix);
         }
@@ -211,19 +211,21 @@ impl<'a> Builder<'a> {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
             return Err(Error::new("E102", format!("`{}` is read-only", declared.key)));
         }
-        let value = keys::check(declared, &declared.key, value)?;
+        // The same words as for a change in a running world.
+        let name = if let Target::Row(row) = target { row.key() } else { &declared.key };
+        let value = keys::check(declared, name, value)?;
         let spec = &mut self.document.objects[object];
         match target {
-            Target::Row(Row::Alias) => {
+            Target::Row(Row::ALIAS) => {
                 if let Value::Text(t) = &value {
                     let alias = String::from_utf8_lossy(t).into_owned();
                     self.rename(object, &alias);
                 }
             }
-            Target::Row(Row::Preset) => self.preset(object, value)?,
+            Target::Row(Row::PRESET) => self.preset(object, value)?,
             Target::Row(row) => {
-                let value = match (row, &value) {
-                    (Row::Noise, Value::Text(t)) => self.noise(object, &String::from_utf8_lossy(t))?,
+                let value = match (*row, &value) {
+                    (Row::NOISE, Value::Text(t)) => self.noise(object, &String::from_utf8_lossy(t))?,
                     _ => value,
                 };
                 self.try_row(object, *row, &value)?;
@@ -240,7 +242,7 @@ impl<'a> Builder<'a> {
 
     /// Returns the kind of a sensor, or `None` if the object is not a sensor or its kind is not set yet.
     pub(super) fn sensor_kind(&self, object: usize) -> Option<&'a SensorKind> {
-        let spec = self.document.objects.get(object).filter(|o| o.kind == TATU_KIND_SENSOR)?;
+        let spec = self.document.objects.get(object).filter(|o| o.kind == Kind::Sensor)?;
         self.registry.sensors.get(spec.device.as_ref()?.kind)
     }
 
@@ -258,7 +260,7 @@ impl<'a> Builder<'a> {
                 })?;
             }
         }
-        self.document.objects[object].rows.push((Row::Preset, value));
+        self.document.objects[object].rows.push((Row::PRESET, value));
         Ok(())
     }
 
@@ -280,18 +282,16 @@ impl<'a> Builder<'a> {
         factor: f64,
     ) -> Result<Value, (Error, Option<Range<usize>>)> {
         match target {
-            Target::Row(Row::Noise) => presets::noise(item, self.sensor_kind(object)),
-            Target::Row(Row::Notes) => keys::to_map(item).map_err(|e| (e, None)),
-            Target::Row(Row::Drive) => keys::to_drive(item).map_err(|e| (e, None)),
-            Target::Row(Row::Texture) => keys::to_texture(item).map_err(|e| (e, None)),
-            _ => keys::to_value(item, factor).map_err(|e| (e, None)),
+            Target::Row(row) if row.info().in_files == InFiles::Noise => presets::noise(item, self.sensor_kind(object)),
+            Target::Row(row) => keys::read(row.info().in_files, item, factor).map_err(|e| (e, None)),
+            Target::Param(_) => keys::to_value(item, factor).map_err(|e| (e, None)),
         }
     }
 
     /// Checks a value by setting it on a blank object of the same kind, because live objects must accept it later.
     /// Numbers of meshes and images must exist in the document.
     fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
-        if row == Row::Mesh {
+        if row == Row::MESH {
             let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
             return if there {
                 Ok(())
@@ -299,7 +299,7 @@ impl<'a> Builder<'a> {
                 Err(Error::new("E102", "`mesh` is not the number of an existing mesh"))
             };
         }
-        if row == Row::Parts {
+        if row == Row::PARTS {
             let last = self.document.meshes.len();
             let lost = crate::part_meshes(value).into_iter().find(|n| *n as usize > last);
             if let Some(n) = lost {
@@ -310,19 +310,10 @@ impl<'a> Builder<'a> {
             let last = self.document.images.len();
             return Err(Error::new("E102", format!("a texture refers to image {n}, but the last image is {last}")));
         }
-        let blank = Document {
-            objects: vec![ObjectSpec {
-                parent: None,
-                rows: Vec::new(),
-                scripts: Vec::new(),
-                ..self.document.objects[object].clone()
-            }],
-            ..Default::default()
-        };
-        let (mut scene, slots) = blank.instantiate();
-        crate::set(&mut scene, slots[0], row, value)
-            .map(drop)
-            .map_err(|e| Error::new("E102", format!("`{}`: {}", row.info().short(), e.1)))
+        let mut scene = Scene::default();
+        let blank = Data::of_kind(self.document.objects[object].kind, usize::MAX);
+        let slot = scene.add(0, "blank", Isometry3::identity(), blank).unwrap_or(0);
+        crate::set(&mut scene, slot, row, value).map(drop).map_err(|e| Error::new("E102", e.1))
     }
 
     /// Sets the kind of a sensor or actuator by id. For a sensor, the id may also be a schema, which selects its
@@ -333,10 +324,10 @@ impl<'a> Builder<'a> {
             return Err(Error::new("E110", "there is no such object in this build"));
         };
         let kind = match spec.kind {
-            TATU_KIND_SENSOR => self.registry.sensor(kind_or_schema, providers)?,
-            TATU_KIND_ACTUATOR => self.registry.actuator(kind_or_schema, providers)?,
+            Kind::Sensor => self.registry.sensor(kind_or_schema, providers)?,
+            Kind::Actuator => self.registry.actuator(kind_or_schema, providers)?,
             other => {
-                let text = format!("`{}` is a {}, not a sensor or actuator", spec.alias, kind_name(other));
+                let text = format!("`{}` is a {}, not a sensor or actuator", spec.alias, other.name());
                 return Err(Error::new("E102", text));
             }
         };
@@ -422,8 +413,8 @@ impl<'a> Builder<'a> {
         let base = self.document.objects.get_mut(first)?;
         // The base of a model can also be the base of a model nested in it.
         base.placement = placement * base.placement;
-        if !base.rows.iter().any(|(r, _)| *r == Row::ModelBase) {
-            base.rows.push((Row::ModelBase, Value::Bool(true)));
+        if !base.rows.iter().any(|(r, _)| *r == Row::MODEL_BASE) {
+            base.rows.push((Row::MODEL_BASE, Value::Bool(true)));
         }
         Some(first)
     }

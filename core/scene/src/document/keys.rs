@@ -11,7 +11,7 @@ use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
 use tatu_plugins::{Declared, check_value, units};
 use toml_edit::{Item, TableLike};
 
-use crate::{drive, texture::KEYS as TEXTURE_KEYS};
+use crate::{drive, rows::InFiles, texture::KEYS as TEXTURE_KEYS};
 
 /// The contents of a scene file, used to convert byte offsets to lines and columns.
 pub struct Text<'a> {
@@ -56,6 +56,16 @@ pub fn to_value(item: &Item, factor: f64) -> Result<Value> {
         Item::Value(v) => value(v, factor),
         Item::None => Ok(Value::Nil),
         _ => Err(Error::new("E102", "expected a value, found a table")),
+    }
+}
+
+/// Converts a value of a property from its form in scene files, with numbers multiplied by the factor of their unit.
+pub fn read(form: InFiles, item: &Item, factor: f64) -> Result<Value> {
+    match form {
+        InFiles::Data => to_map(item),
+        InFiles::Drive => table("a drive", drive::KEYS, item.as_table_like()),
+        InFiles::Texture => table("a texture", TEXTURE_KEYS, item.as_table_like()),
+        InFiles::Plain | InFiles::Mesh | InFiles::Parts | InFiles::Noise => to_value(item, factor),
     }
 }
 
@@ -122,11 +132,11 @@ fn part(table: &toml_edit::InlineTable) -> Result<Value> {
     table.iter().map(|(k, v)| with_unit("a part", PART_KEYS, k, v)).collect::<Result<_>>().map(Value::Map)
 }
 
-/// Converts the table that describes the drive of a robot.
-pub fn to_drive(item: &Item) -> Result<Value> {
-    let table = item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?;
+/// Converts a table whose keys include units.
+fn table(what: &str, known: &[(&str, &str)], table: Option<&dyn TableLike>) -> Result<Value> {
+    let table = table.ok_or_else(|| Error::new("E102", "expected a table"))?;
     let entry = |(k, v): (&str, &Item)| match v {
-        Item::Value(v) => with_unit("a drive", drive::KEYS, k, v),
+        Item::Value(v) => with_unit(what, known, k, v),
         _ => Err(Error::new("E102", format!("`{k}`: expected a value, found a table"))),
     };
     table.iter().map(entry).collect::<Result<_>>().map(Value::Map)
@@ -142,22 +152,11 @@ fn with_unit(what: &str, known: &[(&str, &str)], written: &str, v: &toml_edit::V
             .nearest(written, known.iter().map(String::as_str)));
     };
     match v {
-        toml_edit::Value::InlineTable(of) if key == "texture" => Ok((Value::text(key), texture(of)?)),
+        toml_edit::Value::InlineTable(of) if key == "texture" => {
+            Ok((Value::text(key), table("a texture", TEXTURE_KEYS, Some(of))?))
+        }
         _ => Ok((Value::text(key), value(v, factor)?)),
     }
-}
-
-/// Converts the table that describes the texture of a shape.
-pub fn to_texture(item: &Item) -> Result<Value> {
-    texture(item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?)
-}
-
-fn texture(table: &dyn TableLike) -> Result<Value> {
-    let entry = |(k, v): (&str, &Item)| match v {
-        Item::Value(v) => with_unit("a texture", TEXTURE_KEYS, k, v),
-        _ => Err(Error::new("E102", format!("`{k}`: expected a value, found a table"))),
-    };
-    table.iter().map(entry).collect::<Result<_>>().map(Value::Map)
 }
 
 /// Checks a value against its declaration; the error for a misspelt choice suggests the nearest one.

@@ -9,7 +9,7 @@ use tatu_plugin_api::safe::Value;
 use super::{DeviceSpec, Document, ObjectSpec, ScriptSpec, Settings};
 use crate::{
     Data, Scene, Shape, get, pose_to_array,
-    rows::{Row, rows_of},
+    rows::{Kind, Row, rows_of},
     texture::ShapeTexture,
 };
 
@@ -102,26 +102,25 @@ pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, assets
     // When the file is read, the preset is applied, so values that equal the defaults must also be written.
     let preset = matches!(&o.data, Data::Sensor(s) if !s.preset.is_empty());
     let pose = Value::Floats(pose_to_array(&scene.local(slot)).to_vec());
-    let mut out = vec![(Row::Name, Value::text(o.name())), (Row::Pose, pose)];
-    for info in rows_of(Some(o.kind())).filter(|r| r.change != crate::rows::Change::ReadOnly) {
-        let row = super::presets::row(info.key);
+    let mut out = vec![(Row::NAME, Value::text(o.name())), (Row::POSE, pose)];
+    for row in rows_of(Some(o.kind())).filter(|r| r.info().is_settable()) {
         match (row, &o.data) {
-            (Row::Alias | Row::Name | Row::Parent | Row::Pose | Row::WorldPose, _) => continue,
-            (Row::Position | Row::Quaternion | Row::Orientation | Row::Surface | Row::Cyclic, _) => continue,
-            (Row::Mesh, Data::Shape(s)) => out.extend(s.mesh.as_ref().map(|m| (row, assets.mesh(m)))),
-            (Row::Texture, Data::Shape(s)) => {
+            (Row::ALIAS | Row::NAME | Row::PARENT | Row::POSE | Row::WORLD_POSE, _) => continue,
+            (Row::POSITION | Row::QUATERNION | Row::ORIENTATION | Row::SURFACE | Row::CYCLIC, _) => continue,
+            (Row::MESH, Data::Shape(s)) => out.extend(s.mesh.as_ref().map(|m| (row, assets.mesh(m)))),
+            (Row::TEXTURE, Data::Shape(s)) => {
                 out.extend(s.texture.as_ref().and_then(|t| assets.texture(t)).map(|t| (row, t)));
             }
-            (Row::Parts, Data::Shape(s)) => out.extend(parts(s, assets).map(|p| (row, p))),
-            (Row::Mass, Data::Shape(s)) if s.mass.is_none() => {}
-            (Row::Inertia, Data::Shape(s)) if s.inertia.is_none() => {}
+            (Row::PARTS, Data::Shape(s)) => out.extend(parts(s, assets).map(|p| (row, p))),
+            (Row::MASS, Data::Shape(s)) if s.mass.is_none() => {}
+            (Row::INERTIA, Data::Shape(s)) if s.inertia.is_none() => {}
             // A centre of mass at the origin is the default of a new shape, but not of every form.
-            (Row::Com, Data::Shape(s)) => out.extend(s.com.map(|c| (row, Value::Floats(c.as_slice().to_vec())))),
-            (Row::Limits, Data::Joint(j)) if j.limits.is_none() => {}
+            (Row::COM, Data::Shape(s)) => out.extend(s.com.map(|c| (row, Value::Floats(c.as_slice().to_vec())))),
+            (Row::LIMITS, Data::Joint(j)) if j.limits.is_none() => {}
             _ => {
                 let Ok(value) = get(scene, slot, row) else { continue };
                 let usual = get(&blank, blank_slot, row).is_ok_and(|v| v == value);
-                let none = row == Row::Noise && value == Value::text("");
+                let none = row == Row::NOISE && value == Value::text("");
                 match usual {
                     true if !preset => {}
                     _ if none => out.push((row, Value::text("none"))),
@@ -134,20 +133,11 @@ pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, assets
 }
 
 /// Returns a tree that contains one new object of a kind, and the object's slot.
-fn blank(kind: i32, device: Option<&DeviceSpec>) -> (Scene, u32) {
-    let spec = ObjectSpec {
-        kind,
-        alias: "blank".into(),
-        parent: None,
-        rows: Vec::new(),
-        device: device.cloned(),
-        scripts: Vec::new(),
-        placement: nalgebra::Isometry3::identity(),
-        group: 0,
-        place: None,
-    };
-    let (scene, slots) = Document { objects: vec![spec], ..Default::default() }.instantiate();
-    (scene, slots[0])
+fn blank(kind: Kind, device: Option<&DeviceSpec>) -> (Scene, u32) {
+    let mut scene = Scene::default();
+    let data = Data::of_kind(kind, device.map_or(usize::MAX, |d| d.kind));
+    let slot = scene.add(0, "blank", nalgebra::Isometry3::identity(), data).unwrap_or(0);
+    (scene, slot)
 }
 
 /// Returns the value of `shape.parts`, or `None` if the shape has no parts.
@@ -194,12 +184,12 @@ mod tests {
         scene.make_unique(&[c]);
         scene.set_local(b, nalgebra::Isometry3::from_parts(Default::default(), from_euler([0.1, 0.2, 0.3])));
         for (slot, row, value) in [
-            (b, Row::Mass, Value::Float(0.1)),
-            (b, Row::Primitive, Value::text("cylinder")),
-            (b, Row::Dynamic, Value::Bool(true)),
-            (c, Row::JointType, Value::text("prismatic")),
-            (c, Row::Limits, Value::Floats(vec![-0.5, 0.5])),
-            (c, Row::JointPosition, Value::Float(0.25)),
+            (b, Row::MASS, Value::Float(0.1)),
+            (b, Row::PRIMITIVE, Value::text("cylinder")),
+            (b, Row::DYNAMIC, Value::Bool(true)),
+            (c, Row::JOINT_TYPE, Value::text("prismatic")),
+            (c, Row::LIMITS, Value::Floats(vec![-0.5, 0.5])),
+            (c, Row::JOINT_POSITION, Value::Float(0.25)),
         ] {
             crate::set(&mut scene, slot, row, &value).unwrap();
         }
@@ -211,7 +201,7 @@ mod tests {
             assert_eq!(scene.path(old), again.path(new));
             assert_eq!(scene.get(old).unwrap().name(), again.get(new).unwrap().name());
             assert_eq!(scene.world(old), again.world(new));
-            for row in [Row::Mass, Row::Primitive, Row::Dynamic, Row::JointType, Row::Limits, Row::JointPosition] {
+            for row in [Row::MASS, Row::PRIMITIVE, Row::DYNAMIC, Row::JOINT_TYPE, Row::LIMITS, Row::JOINT_POSITION] {
                 assert_eq!(get(&scene, old, row).ok(), get(&again, new, row).ok(), "{row:?}");
             }
         }

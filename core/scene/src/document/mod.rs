@@ -28,7 +28,7 @@ mod reach;
 mod removal;
 mod scripts;
 mod services;
-mod settings;
+pub(crate) mod settings;
 mod sources;
 mod stand;
 mod toml;
@@ -52,11 +52,11 @@ pub use live::Beside;
 pub use presets::{Setting, Target, settings as preset_settings};
 pub use reach::{Allowed, Reach};
 pub use services::{ServiceOverride, UserSettings};
-pub use settings::{FRICTION_RULES, FrictionPair, LONGEST, Settings};
+pub use settings::{FrictionPair, LONGEST, Settings};
 pub use sources::Sources;
 pub use toml::{Edited, Options, Patched, Written, folder_beside, load, load_part, patch, plugin_folders, save, write};
 
-use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row, texture::ShapeTexture};
+use crate::{Data, Kind, Scene, Shape, rows::Row, texture::ShapeTexture};
 use tatu_errors::{Error, Place, Result};
 use tatu_geometry::{Image, Mesh};
 use tatu_plugins::Declared;
@@ -112,8 +112,8 @@ pub struct DeviceSpec {
 /// Description of an object, from which live objects are created.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectSpec {
-    /// Kind of the object, a `TATU_KIND_*` constant.
-    pub kind: i32,
+    /// Kind of the object.
+    pub kind: Kind,
     /// Alias of the object.
     pub alias: String,
     /// Index of the parent; `None` if the object has no parent.
@@ -134,10 +134,15 @@ pub struct ObjectSpec {
 }
 
 impl ObjectSpec {
+    /// Returns whether the object is an actuator, whose device is of a kind of actuator.
+    pub fn is_actuator(&self) -> bool {
+        self.kind == Kind::Actuator
+    }
+
     /// Returns the suffix of the object's unique name, if the object belongs to the scene itself and the file specifies
     /// the name.
     fn told_suffix(&self) -> Option<i32> {
-        let (_, name) = self.rows.iter().rev().find(|(r, _)| *r == Row::Name).filter(|_| self.group == 0)?;
+        let (_, name) = self.rows.iter().rev().find(|(r, _)| *r == Row::NAME).filter(|_| self.group == 0)?;
         let Value::Text(name) = name else { return None };
         names::suffix_of(&String::from_utf8_lossy(name), &self.alias)
     }
@@ -291,10 +296,10 @@ impl Document {
     /// Returns the mass of an object, kg; 0 if the object is not dynamic.
     fn mass(&self, spec: &ObjectSpec) -> f64 {
         let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
-        if !matches!(last(Row::Dynamic), Some(Value::Bool(true))) {
+        if !matches!(last(Row::DYNAMIC), Some(Value::Bool(true))) {
             return 0.0;
         }
-        match last(Row::Mass) {
+        match last(Row::MASS) {
             Some(Value::Float(mass)) => *mass,
             _ => crate::mass(&self.shape(spec)),
         }
@@ -305,28 +310,15 @@ impl Document {
     pub fn plant(&self, scene: &mut Scene, above: u32) -> Vec<u32> {
         let mut slots = Vec::with_capacity(self.objects.len());
         for spec in &self.objects {
-            use tatu_plugin_api::abi::*;
             let data = match spec.kind {
-                TATU_KIND_SHAPE => Data::Shape(Box::new(self.shape(spec))),
-                TATU_KIND_JOINT => Data::Joint(Box::<Joint>::default()),
-                TATU_KIND_SENSOR => Data::Sensor(SensorData::new(spec.device.as_ref().map_or(usize::MAX, |d| d.kind))),
-                TATU_KIND_ACTUATOR => Data::Actuator(ActuatorData {
-                    kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
-                    // The commands are filled in when the device is created.
-                    commands: Vec::new(),
-                }),
-                TATU_KIND_FORCE_SENSOR => Data::ForceSensor(Box::default()),
-                TATU_KIND_GRAPH => Data::Graph(Box::default()),
-                TATU_KIND_CAMERA => Data::Camera(Box::default()),
-                TATU_KIND_LIGHT => Data::Light(Box::default()),
-                TATU_KIND_PATH => Data::Path(Box::default()),
-                _ => Data::Dummy(None),
+                Kind::Shape => Data::Shape(Box::new(self.shape(spec))),
+                kind => Data::of_kind(kind, spec.device.as_ref().map_or(usize::MAX, |d| d.kind)),
             };
             let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(above);
             let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);
             slots.push(slot);
-            // The caller assigns names to all objects together.
-            for (row, value) in spec.rows.iter().filter(|(r, _)| *r != Row::Name) {
+            // The caller assigns names to all objects together, and the mesh is part of the new shape.
+            for (row, value) in spec.rows.iter().filter(|(r, _)| !matches!(*r, Row::NAME | Row::MESH)) {
                 // This cannot fail, because the value was checked when the document was built.
                 let _ = crate::set(scene, slot, *row, value);
             }
@@ -342,8 +334,8 @@ impl Document {
     /// Returns the number of a missing image that a value of `shape.texture` or `shape.parts` refers to, if any.
     pub fn lost_image(&self, row: Row, value: &Value) -> Option<u32> {
         let images = match row {
-            Row::Parts => crate::part_images(value),
-            Row::Texture => {
+            Row::PARTS => crate::part_images(value),
+            Row::TEXTURE => {
                 ShapeTexture::from_value(value).ok().flatten().map(|t| t.image_number).into_iter().collect()
             }
             _ => Vec::new(),
@@ -375,17 +367,17 @@ impl Document {
     /// graphs.
     fn check(&self) -> Result {
         self.settings.check()?;
-        for spec in self.objects.iter().filter(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_SHAPE) {
+        for spec in self.objects.iter().filter(|o| o.kind == Kind::Shape) {
             let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
-            let lacks = match last(Row::Primitive) {
-                Some(Value::Text(t)) if t == b"mesh" && last(Row::Mesh).is_none() => "mesh: set `mesh`",
-                Some(Value::Text(t)) if t == b"compound" && last(Row::Parts).is_none() => "parts: set `parts`",
+            let lacks = match last(Row::PRIMITIVE) {
+                Some(Value::Text(t)) if t == b"mesh" && last(Row::MESH).is_none() => "mesh: set `mesh`",
+                Some(Value::Text(t)) if t == b"compound" && last(Row::PARTS).is_none() => "parts: set `parts`",
                 _ => continue,
             };
             let text = format!("the shape `{}` has no {lacks}", spec.alias);
             return Err(Error::new("E104", text).at(spec.place.clone()));
         }
-        if !self.objects.iter().any(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_GRAPH) {
+        if !self.objects.iter().any(|o| o.kind == Kind::Graph) {
             return Ok(());
         }
         let (scene, slots) = self.instantiate();
@@ -400,8 +392,8 @@ impl Document {
     }
 
     fn shape(&self, spec: &ObjectSpec) -> Shape {
-        let number = spec.rows.iter().rev().find_map(|(r, v)| match (r, v) {
-            (Row::Mesh, Value::Int(i)) => usize::try_from(*i).ok(),
+        let number = spec.rows.iter().rev().find_map(|(r, v)| match (*r, v) {
+            (Row::MESH, Value::Int(i)) => usize::try_from(*i).ok(),
             _ => None,
         });
         Shape { mesh: number.and_then(|n| self.meshes.get(n.wrapping_sub(1)).cloned()), ..Default::default() }

@@ -11,7 +11,7 @@ use super::{
     reach::{Allowed, Reach},
     scripts, settings,
 };
-use crate::rows::{Row, kind_name};
+use crate::rows::Row;
 
 /// Returns the index of the object with a path. Relative paths start at the object `from`, or at the world if it is
 /// `None`.
@@ -108,11 +108,11 @@ pub(super) fn apply(
             .and_then(|(_, params)| keys::find(&o.key, &params, &format!("the model `{}`", o.path)).err());
         let mut builder = Builder::new(registry, document, reach.clone());
         let declared = builder.declared(object);
-        let owner = format!("`{}`, a {}", o.path, kind_name(builder.document.objects[object].kind));
+        let owner = format!("`{}`, a {}", o.path, builder.document.objects[object].kind.name());
         let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
             .map_err(|e| if e.help.is_none() { meant.filter(|m| m.help.is_some()).unwrap_or(e) } else { e })
             .map_err(at)?;
-        if matches!(target, Target::Row(Row::Alias)) {
+        if matches!(target, Target::Row(Row::ALIAS)) {
             let alias = builder.document.objects[object].alias.clone();
             builder.document.replaced_aliases.entry(object).or_insert(alias);
         }
@@ -130,7 +130,7 @@ fn found(document: &Document, o: &Override) -> Result<(usize, bool)> {
     let qualified = || {
         let (path, kind) = o.path.rsplit_once('.')?;
         let object = find(document, o.from, path).ok()?;
-        let own = kind_name(document.objects[object].kind);
+        let own = document.objects[object].kind.name();
         (kind == "object" || kind == own).then_some(object)
     };
     match plain {

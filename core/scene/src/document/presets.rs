@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::{abi::TATU_KIND_SENSOR, safe::Value};
+use tatu_plugin_api::safe::Value;
 use tatu_plugins::{Declared, Registry, SensorKind};
 use toml_edit::Item;
 
 use super::keys;
 use crate::{
     noise::NoiseSpec,
-    rows::{ROWS, Row, rows_of},
+    rows::{Kind, Row, rows_of},
 };
 
 /// The meaning of a key of an object.
@@ -20,11 +20,6 @@ pub enum Target {
     Row(Row),
     /// A parameter or command of the object's device, by index.
     Param(usize),
-}
-
-/// Returns the property with a key, or `Row::None` if there is no such property.
-pub(super) fn row(key: &str) -> Row {
-    ROWS.iter().position(|r| r.key == key).map_or(Row::None, |i| Row::of(i as u32))
 }
 
 /// A parsed setting of a preset.
@@ -61,7 +56,7 @@ pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<
         let at = || doc.key(key).and_then(|k| k.span());
         let ((declared, target), factor) = keys::find(key, &declared, "a preset").map_err(|e| wrong(e, at()))?;
         let value = match target {
-            Target::Row(Row::Noise) => noise(item, Some(kind)).map_err(|(e, span)| wrong(e, span.or_else(at)))?,
+            Target::Row(Row::NOISE) => noise(item, Some(kind)).map_err(|(e, span)| wrong(e, span.or_else(at)))?,
             _ => keys::to_value(item, factor).map_err(|e| wrong(e, at()))?,
         };
         let value = keys::check(declared, key, value).map_err(|e| wrong(e, at()))?;
@@ -73,8 +68,8 @@ pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<
 /// Returns the keys that a preset can set: the parameters of the kind, and the properties of all sensors except those
 /// that identify the object or its preset.
 fn declared(kind: &SensorKind) -> Vec<(Declared, Target)> {
-    let rows = rows_of(Some(TATU_KIND_SENSOR)).map(|r| (r.param(), Target::Row(row(r.key))));
-    let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name | Row::Alias | Row::Preset)));
+    let rows = rows_of(Some(Kind::Sensor)).map(|r| (r.declared().clone(), Target::Row(r)));
+    let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::PARENT | Row::NAME | Row::ALIAS | Row::PRESET)));
     rows.chain(kind.params.iter().enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
 }
 

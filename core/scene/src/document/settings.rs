@@ -9,13 +9,16 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tatu_errors::{Error, Result};
 use tatu_physics::{EngineSettings, FrictionRule};
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::safe::Value;
 use tatu_plugins::Declared;
 
-use crate::object::JointSolver;
+use crate::{
+    object::JointSolver,
+    property::{Property, Stored, numbers_of, properties, text_of, unexpected},
+};
 
 /// Friction rules, as written in scene files.
-pub const FRICTION_RULES: [(&str, FrictionRule); 4] = [
+const FRICTION_RULES: [(&str, FrictionRule); 4] = [
     ("product", FrictionRule::Product),
     ("mean", FrictionRule::Mean),
     ("least", FrictionRule::Least),
@@ -42,30 +45,27 @@ impl FrictionPair {
         Value::List(items)
     }
     /// Parses the form used in scene files: `["rubber", "ice", 0.1]`, optionally followed by a restitution.
-    fn parse(value: &Value) -> Result<Self> {
-        let wrong = || {
-            Error::new("E102", "`friction_pairs`: an entry is not a pair of materials")
-                .expected("two materials, a friction coefficient, and optionally a restitution coefficient")
-                .help("for instance `friction_pairs = [[\"rubber\", \"ice\", 0.1]]`")
-        };
-        let number = |v: Option<&Value>| match v {
-            Some(Value::Float(x)) => Some(*x),
-            Some(Value::Int(i)) => Some(*i as f64),
+    fn parse(value: &Value) -> Option<Self> {
+        let number = |v: &Value| match v {
+            Value::Float(x) => Some(*x),
+            Value::Int(i) => Some(*i as f64),
             _ => None,
         };
-        let Value::List(items) = value else { return Err(wrong()) };
-        let ([Value::Text(a), Value::Text(b)], rest) = items.split_at_checked(2).ok_or_else(wrong)? else {
-            return Err(wrong());
+        let Value::List(items) = value else { return None };
+        let (a, b, friction, restitution) = match items.as_slice() {
+            [Value::Text(a), Value::Text(b), friction] => (a, b, number(friction)?, None),
+            [Value::Text(a), Value::Text(b), friction, rest] => (a, b, number(friction)?, Some(number(rest)?)),
+            _ => return None,
         };
-        let friction = number(rest.first()).filter(|f| *f >= 0.0).ok_or_else(wrong)?;
-        let restitution = number(rest.get(1));
-        if rest.len() > 2 || rest.len() == 2 && !restitution.is_some_and(|r| (0.0..=1.0).contains(&r)) {
-            return Err(wrong());
-        }
+        let holds = friction >= 0.0 && restitution.is_none_or(|r| (0.0..=1.0).contains(&r));
         let materials = [a, b].map(|t| String::from_utf8_lossy(t).into_owned());
-        Ok(FrictionPair { materials, friction, restitution })
+        holds.then_some(FrictionPair { materials, friction, restitution })
     }
 }
+
+/// What `friction_pairs` must contain, for messages.
+const PAIRS: &str = "expected, for each pair, two materials, a friction coefficient, and optionally a restitution \
+                     coefficient, for instance `friction_pairs = [[\"rubber\", \"ice\", 0.1]]`";
 
 /// Settings of a world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -156,119 +156,126 @@ impl Settings {
 /// Names of the tables in `[scene]` that contain settings.
 pub(super) const TABLES: &[&str] = &["budget", "origin"];
 
-/// Returns the declarations of the keys of `[scene]` except `data`. Keys of its tables are prefixed with the table's
-/// name.
-pub(super) fn keys() -> Vec<(Declared, ())> {
-    let of = |key: &str, kind, unit: Option<&str>, lowest: f64, count| Declared {
-        key: key.to_owned(),
-        kind,
-        count,
-        flags: 0,
-        unit: unit.map(str::to_owned),
-        lowest,
-        highest: f64::INFINITY,
-        fallback: Value::Nil,
-        unreadable_default: false,
-        choices: Vec::new(),
-        keys: Vec::new(),
-        keys_cut: false,
-        text: String::new(),
-    };
-    let any = f64::NEG_INFINITY;
-    [
-        of("text", TATU_TEXT, None, any, 0),
-        of("dialect", TATU_TEXT, None, any, 0),
-        Declared { highest: LONGEST, ..of("dt", TATU_F64, Some("s"), 1e-6, 0) },
-        Declared { highest: LONGEST, ..of("physics_dt", TATU_F64, Some("s"), 1e-6, 0) },
-        Declared { highest: 64.0, ..of("physics_substeps", TATU_I64, None, 1.0, 0) },
-        of("sleep", TATU_BOOL, None, any, 0),
-        Declared {
-            choices: FRICTION_RULES.iter().map(|(name, _)| (*name).to_owned()).collect(),
-            keys: Vec::new(),
-            keys_cut: false,
-            ..of("friction_rule", TATU_TEXT, None, any, 0)
-        },
-        Declared {
-            choices: [JointSolver::Auto, JointSolver::Reduced].map(|s| s.name().to_owned()).to_vec(),
-            ..of("joint_solver", TATU_TEXT, None, any, 0)
-        },
-        of("friction_pairs", TATU_LIST, None, any, 0),
-        of("lacks", TATU_LIST, None, any, 0),
-        Declared { highest: 1e6, ..of("contact_spring", TATU_F64S, None, 1e-3, 2) },
-        Declared { highest: 1e6, ..of("gravity", TATU_F64S, Some("m/s^2"), -1e6, 3) },
-        of("seed", TATU_I64, None, 0.0, 0),
-        of("plugins", TATU_LIST, None, any, 0),
-        of("needs", TATU_LIST, None, any, 0),
-        of("script_budget", TATU_I64, None, 1.0, 0),
-        Declared { highest: FRAC_PI_2, ..of("origin.lat", TATU_F64, Some("rad"), -FRAC_PI_2, 0) },
-        Declared { highest: PI, ..of("origin.lon", TATU_F64, Some("rad"), -PI, 0) },
-        Declared { highest: 1e8, ..of("origin.alt", TATU_F64, Some("m"), -1e7, 0) },
-        of("budget.instructions", TATU_I64, None, 1.0, 0),
-        Declared { highest: 256.0, ..of("budget.memory_mb", TATU_I64, None, 1.0, 0) },
-    ]
-    .into_iter()
-    .map(|d| (d, ()))
-    .collect()
+/// Keys of `[scene]`, in the order in which they are written. Keys of its tables are prefixed with the table's name.
+const KEYS: &[&str] = &[
+    "dt",
+    "physics_dt",
+    "physics_substeps",
+    "sleep",
+    "friction_rule",
+    "joint_solver",
+    "friction_pairs",
+    "lacks",
+    "gravity",
+    "origin.lat",
+    "origin.lon",
+    "origin.alt",
+    "seed",
+    "dialect",
+    "budget.instructions",
+    "budget.memory_mb",
+    "contact_spring",
+    "script_budget",
+    "text",
+    "plugins",
+    "needs",
+];
+
+/// Returns the rows of the keys of `[scene]` except `data`.
+fn rows() -> impl Iterator<Item = (&'static str, &'static Property)> {
+    let all = || ROWS.iter().map(|row| (row.short(), row)).chain(IN_FILES.iter().map(|row| (row.key, row)));
+    KEYS.iter().filter_map(move |key| all().find(|(k, _)| k == key))
 }
 
-/// Returns the keys of `[scene]` whose values are stored in [`Settings`], with their current values. The key
+/// Returns the keys of `[scene]` that set a property of the world, as scene files write them.
+#[cfg(test)]
+pub(crate) fn keys_of(property: &str) -> Vec<String> {
+    let own =
+        rows().filter(|(key, _)| *key == property || key.strip_prefix(property).is_some_and(|k| k.starts_with('.')));
+    let written = own.map(|(key, row)| format!("`{}`", tatu_plugins::units::written(key, row.unit)));
+    written.chain((property == "data").then(|| "`data`".to_owned())).collect()
+}
+
+/// Returns the declarations of the keys of `[scene]` except `data`.
+pub(super) fn keys() -> Vec<(Declared, ())> {
+    rows().map(|(key, row)| (Declared { key: key.to_owned(), flags: 0, ..row.param() }, ())).collect()
+}
+
+/// Returns the keys of `[scene]` whose values are stored in [`Settings`], with their units and current values. The key
 /// `contact_spring` is included only if it is set.
-pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Value)> {
-    let rule = FRICTION_RULES.iter().find(|(_, r)| *r == settings.friction_rule).map_or("product", |(name, _)| name);
-    let mut all = vec![
-        ("dt", Value::Float(settings.dt)),
-        ("physics_dt", Value::Float(settings.physics_dt)),
-        ("physics_substeps", Value::Int(settings.physics_substeps.into())),
-        ("sleep", Value::Bool(settings.sleep)),
-        ("friction_rule", Value::text(rule)),
-        ("joint_solver", Value::text(settings.joint_solver.name())),
-        ("friction_pairs", Value::List(settings.friction_pairs.iter().map(FrictionPair::to_value).collect())),
-        ("lacks", Value::List(settings.lacks.iter().map(Value::text).collect())),
-        ("gravity", Value::Floats(settings.gravity.iter().copied().collect())),
-        ("origin.lat", Value::Float(settings.origin[0])),
-        ("origin.lon", Value::Float(settings.origin[1])),
-        ("origin.alt", Value::Float(settings.origin[2])),
-        ("seed", Value::Int(settings.seed as i64)),
-        ("dialect", Value::text(&settings.dialect)),
-        ("budget.instructions", Value::Int(settings.budget as i64)),
-        ("budget.memory_mb", Value::Int((settings.memory >> 20) as i64)),
-    ];
-    all.extend(settings.contact_spring.map(|s| ("contact_spring", Value::Floats(s.to_vec()))));
-    all
+pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Option<&'static str>, Value)> {
+    let value = |row: &Property| (row.access.get)(settings).filter(|v| *v != Value::Floats(Vec::new()));
+    rows().filter_map(|(key, row)| Some((key, row.unit, value(row)?))).collect()
 }
 
 /// Applies a setting whose value has been checked against its declaration.
 pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result {
-    match (key, value) {
-        ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),
-        ("dt", Value::Float(x)) => settings.dt = *x,
-        ("physics_dt", Value::Float(x)) => settings.physics_dt = *x,
-        ("sleep", Value::Bool(b)) => settings.sleep = *b,
-        ("friction_rule", Value::Text(t)) => {
-            let found = FRICTION_RULES.iter().find(|(name, _)| name.as_bytes() == t.as_slice());
-            settings.friction_rule = found.map_or(FrictionRule::Product, |(_, rule)| *rule);
-        }
-        ("joint_solver", Value::Text(t)) => settings.joint_solver = JointSolver::parse(&String::from_utf8_lossy(t)),
-        ("contact_spring", Value::Floats(v)) => settings.contact_spring = Some([v[0], v[1]]),
-        ("friction_pairs", Value::List(pairs)) => {
-            settings.friction_pairs = pairs.iter().map(FrictionPair::parse).collect::<Result<_>>()?;
-        }
-        ("lacks", Value::List(all)) => {
-            let text = |v: &Value| match v {
-                Value::Text(t) => Ok(String::from_utf8_lossy(t).into_owned()),
-                _ => Err(Error::new("E102", "`lacks`: an entry is not a string").expected("a list of strings")),
-            };
-            settings.lacks = all.iter().map(text).collect::<Result<_>>()?;
-        }
-        ("physics_substeps", Value::Int(i)) => settings.physics_substeps = *i as u32,
-        ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
-        ("origin.lat", Value::Float(x)) => settings.origin[0] = *x,
-        ("origin.lon", Value::Float(x)) => settings.origin[1] = *x,
-        ("origin.alt", Value::Float(x)) => settings.origin[2] = *x,
-        ("seed", Value::Int(i)) => settings.seed = *i as u64,
-        ("script_budget" | "budget.instructions", Value::Int(i)) => settings.budget = *i as u64,
-        ("budget.memory_mb", Value::Int(i)) => settings.memory = (*i as u64) << 20,
-        _ => {}
+    let Some((_, row)) = rows().find(|(k, _)| *k == key) else { return Ok(()) };
+    match (row.access.set)(settings, value) {
+        Some(Err(text)) => Err(Error::new("E102", format!("`{key}`: {text}"))),
+        _ => Ok(()),
     }
-    Ok(())
+}
+
+fn rule_name(rule: FrictionRule) -> &'static str {
+    FRICTION_RULES.iter().find(|(_, r)| *r == rule).map_or("product", |(name, _)| name)
+}
+
+fn set_rule(s: &mut Settings, value: &Value) -> Result<bool, String> {
+    let name = text_of(value)?;
+    let found = FRICTION_RULES.iter().find(|(n, _)| *n == name);
+    s.friction_rule = found.map_or(FrictionRule::Product, |(_, rule)| *rule);
+    Ok(true)
+}
+
+fn set_pairs(s: &mut Settings, value: &Value) -> Result<bool, String> {
+    let Value::List(pairs) = value else { return unexpected(value) };
+    s.friction_pairs = pairs.iter().map(FrictionPair::parse).collect::<Option<_>>().ok_or(PAIRS)?;
+    Ok(true)
+}
+
+fn set_lacks(s: &mut Settings, value: &Value) -> Result<bool, String> {
+    let Value::List(all) = value else { return unexpected(value) };
+    s.lacks = all.iter().map(text_of).collect::<Result<_, _>>().map_err(|found| format!("expected texts, {found}"))?;
+    Ok(true)
+}
+
+// The keys of `[scene]` that are not properties of the running world.
+properties! { IN_FILES: Settings, Of::World =>
+    "text" text, None _: "Text for people.";
+    "dialect" text, None dialect: "Dialect of scripts.";
+    "lacks" list, None { get |s: &Settings| Value::List(s.lacks.iter().map(Value::text).collect()), set set_lacks }: "Parts of the scene's source that are not supported.";
+    "plugins" list, None _: "Folders with plugins.";
+    "needs" list, None _: "Plugins that the scene needs.";
+    "script_budget" int from 1.0, None { set |s: &mut Settings, v| s.budget.store(v) }: "Maximum number of instructions in one call of a script.";
+    "origin.lat" number in "rad" from (-FRAC_PI_2) to FRAC_PI_2, None (origin[0]): "Latitude of the world's origin.";
+    "origin.lon" number in "rad" from (-PI) to PI, None (origin[1]): "Longitude of the world's origin.";
+    "origin.alt" number in "m" from (-1e7) to 1e8, None (origin[2]): "Height of the world's origin.";
+    "budget.instructions" int from 1.0, None budget: "Maximum number of instructions in one call of a script.";
+    "budget.memory_mb" int from 1.0 to 256.0, None { get |s: &Settings| Value::Int((s.memory >> 20) as i64), set |s: &mut Settings, v| { s.memory.store(v)?; s.memory <<= 20; Ok(true) } }: "Maximum memory of the state of a script, MB.";
+}
+
+properties! { ROWS: Settings, Of::World =>
+    "scene.time" number in "s", ReadOnly _: "Simulation time.";
+    "scene.dt" number in "s" from 1e-6 to LONGEST = 0.05, ReadOnly dt: "Length of a step.";
+    "scene.physics_dt" number in "s" from 1e-6 to LONGEST = 0.005, ReadOnly physics_dt: "Maximum length of a physics step; a step is divided evenly.";
+    "scene.physics_substeps" int from 1.0 to 64.0 = 4, ReadOnly physics_substeps: "Sub-steps of a physics step in which velocities are solved.";
+    "scene.sleep" bool = true, ReadOnly sleep: "Whether bodies at rest can sleep until they are touched.";
+    "scene.friction_rule" text of (&["product", "mean", "least", "greatest"]) = "product", ReadOnly { get |s: &Settings| Value::text(rule_name(s.friction_rule)), set set_rule }: "How the friction of a pair is computed from both shapes' coefficients: their product, mean, or the least or greatest of the two.";
+    "scene.joint_solver" text of (&["auto", "reduced"]) = "auto", ReadOnly joint_solver: "The solver of mechanisms whose own `joint_solver` is `auto`: with `reduced`, those that `auto` would solve as trees of links use reduced form.";
+    "scene.friction_pairs" list = none, ReadOnly { get |s: &Settings| Value::List(s.friction_pairs.iter().map(FrictionPair::to_value).collect()), set set_pairs }: "Friction by material, in place of the shapes' own: lists of two materials, friction, and optionally restitution.";
+    "scene.contact_spring" numbers 2 from 1e-3 to 1e6, ReadOnly { get |s: &Settings| Value::Floats(s.contact_spring.map_or(Vec::new(), |v| v.to_vec())), set |s: &mut Settings, v| { s.contact_spring = numbers_of(v)?.try_into().ok(); Ok(true) } }: "Natural frequency, Hz, and damping ratio of contacts, at most what a sub-step can resolve (0.15 of its rate, 0.3 with objects that do not move); default 120 Hz (240 Hz) and 5.";
+    "scene.step" int, ReadOnly _: "Index of the step, from 0.";
+    "scene.gravity" numbers 3 in "m/s^2" from (-1e6) to 1e6 = [0.0, 0.0, -9.81], None gravity: "Gravity.";
+    "scene.origin" numbers 3 = [0.0, 0.0, 0.0], ReadOnly origin: "Position of the world's origin on Earth: latitude and longitude in rad (WGS 84), height above the ellipsoid in m; x points east, y north.";
+    "scene.seed" int from 0.0 = 0, ReadOnly seed: "The seed of all random numbers.";
+    "scene.allow" text, ReadOnly { get |s: &Settings| Value::text(s.allow.join(",")) }: "What scripts may access outside the run, separated by commas: `exec` other programs, `native` libraries, `net=HOST:PORT` sockets; a `*` means any host or port.";
+    "scene.file" text, ReadOnly _: "The file of the scene.";
+    "scene.notes" list, ReadOnly _: "Notes about the reading of the scene, such as parts that an importer left out: a list of strings.";
+    "scene.data" data = none, None _: "Custom data of the world: strings by tag, as in `object.data`.";
+    "scene.running" bool, ReadOnly _: "Whether the world has been started.";
+    "scene.clock" number in "s", ReadOnly _: "Time that clocks show, from the start: simulation time, or in a real-time run the real time up to this step.";
+    "scene.epoch" int in "s", ReadOnly _: "Date of the start, in seconds since the beginning of 1970: the first second of 2015, or in a real-time run the real date.";
+    "scene.stopping" bool, ReadOnly _: "Whether the run is in one of its last two passes.";
+    "scene.phase" int, ReadOnly _: "0 stopped, 1 first pass, 2 running, 3 last before a pause, 4 paused, 5 first after a pause, 6 stopping, 7 last pass.";
 }

@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Isometry3;
-use tatu_plugin_api::{
-    abi::{TATU_KIND_DUMMY, TATU_KIND_JOINT},
-    safe::Value,
-};
+use tatu_plugin_api::safe::Value;
 
 use super::{Builder, Document, ObjectSpec, keys, presets::Target};
-use crate::{Scene, rows::Row};
+use crate::{
+    Scene,
+    rows::{Kind, Row},
+};
 
 impl Builder<'_> {
     /// Returns the pose of an object in its parent's frame, including the overrides read so far. For the base of a
@@ -48,7 +48,7 @@ impl Builder<'_> {
 }
 
 fn is_pose(row: Row) -> bool {
-    matches!(row, Row::Pose | Row::WorldPose | Row::Position | Row::Quaternion | Row::Orientation)
+    matches!(row, Row::POSE | Row::WORLD_POSE | Row::POSITION | Row::QUATERNION | Row::ORIENTATION)
 }
 
 /// Returns the pose of an object in its parent's frame, with the properties `more` set in addition to its own. The rest
@@ -56,7 +56,7 @@ fn is_pose(row: Row) -> bool {
 fn local(document: &Document, object: usize, more: Vec<(Row, Value)>) -> Isometry3<f64> {
     let rows = || document.objects[object].rows.iter().chain(&more);
     let mut chain = vec![object];
-    if rows().any(|(row, _)| *row == Row::WorldPose) {
+    if rows().any(|(row, _)| *row == Row::WORLD_POSE) {
         let above = |o: &usize| document.objects[*o].parent;
         chain.extend(std::iter::successors(document.objects[object].parent, above));
         chain.reverse();
@@ -64,7 +64,7 @@ fn local(document: &Document, object: usize, more: Vec<(Row, Value)>) -> Isometr
     let spec = |(i, at): (usize, &usize)| {
         let o = &document.objects[*at];
         ObjectSpec {
-            kind: if o.kind == TATU_KIND_JOINT { TATU_KIND_JOINT } else { TATU_KIND_DUMMY },
+            kind: if o.kind == Kind::Joint { Kind::Joint } else { Kind::Dummy },
             alias: o.alias.clone(),
             parent: i.checked_sub(1),
             rows: if *at == object { rows().cloned().collect() } else { o.rows.clone() },

@@ -154,7 +154,7 @@ impl Dynamics {
     }
 
     /// Returns the complete state as bytes, for [`Dynamics::restore`].
-    pub fn snapshot(&self) -> Vec<u8> {
+    pub fn snapshot(&self) -> Result<Vec<u8>, String> {
         let Dynamics {
             engine,
             bodies,
@@ -187,7 +187,7 @@ impl Dynamics {
             settings,
             step,
         );
-        postcard::to_stdvec(&all).unwrap_or_default()
+        postcard::to_stdvec(&all).map_err(|e| format!("cannot write the table of bodies: {e}"))
     }
 
     /// Restores a state from [`Dynamics::snapshot`]. On failure, nothing is changed.

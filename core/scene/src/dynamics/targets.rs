@@ -113,7 +113,7 @@ fn drive_of(j: &Joint, target: Target) -> Option<Drive> {
         Control::Position => Drive::Position {
             target: target.position,
             max_force: j.max_force.abs(),
-            max_velocity: j.max_velocity.abs(),
+            max_velocity: j.max_velocity,
             tracking: match j.gains {
                 Some([p, i, d]) => Some(Tracking { p, i, d, velocity: j.target_velocity }),
                 None => (target.lead != 0.0).then_some(leading),

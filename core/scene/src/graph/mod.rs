@@ -5,11 +5,11 @@
 //! - [`Graph`]: streams that are recorded together, and their curves.
 
 mod recording;
-mod spec;
+pub(crate) mod spec;
 mod stream;
 mod values;
 
 pub use recording::{Curve, Graph};
-pub use spec::{Axis, CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec, Transform, keys_of};
+pub use spec::{Axis, CurveSpec, GraphSpec, StreamSpec, Transform, keys_of};
 pub use stream::Stream;
 pub use values::{Keys, map};

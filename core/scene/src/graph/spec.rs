@@ -5,6 +5,10 @@ use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::values::{Keys, map};
+use crate::{
+    object::Kind,
+    property::{properties, refused, unexpected},
+};
 
 /// Maximum number of samples that a graph can store.
 pub const MOST_SAMPLES: i64 = 1_000_000;
@@ -222,4 +226,20 @@ impl Default for GraphSpec {
     fn default() -> Self {
         GraphSpec { explicit: false, buffer: 10_000, streams: Vec::new(), curves: Vec::new() }
     }
+}
+
+fn list<T>(all: &[T], value: impl Fn(&T) -> Value) -> Value {
+    Value::List(all.iter().map(value).collect())
+}
+
+fn each<T>(value: &Value, read: impl Fn(&Value) -> Result<T, Refusal>) -> Result<Vec<T>, String> {
+    let Value::List(all) = value else { return unexpected(value) };
+    refused(all.iter().map(read).collect())
+}
+
+properties! { ROWS: GraphSpec, Of::Kind(Kind::Graph) =>
+    "graph.explicit" bool = false, None explicit: "Whether the graph records only on request; otherwise, it records at the end of each step.";
+    "graph.buffer" int from 1.0 to (MOST_SAMPLES as f64) = 10_000, Graph buffer: "Number of samples of each stream that the graph stores; the oldest samples are discarded.";
+    "graph.streams" list = none, Graph { get |g: &GraphSpec| list(&g.streams, StreamSpec::to_value), set |g: &mut GraphSpec, v| { g.streams = each(v, StreamSpec::from_value)?; Ok(true) } }: "Streams that the graph records: name, unit, color, of, data, transform, factor, offset, window, hidden.";
+    "graph.curves" list = none, Graph { get |g: &GraphSpec| list(&g.curves, CurveSpec::to_value), set |g: &mut GraphSpec, v| { g.curves = each(v, CurveSpec::from_value)?; Ok(true) } }: "Curves of one stream against another: name, x, y, z, unit, color.";
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// The rule by which a joint follows another joint, its leader.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "`rows.rs` describes each property")]
+#[allow(missing_docs, reason = "the table of rows of joints describes each property")]
 pub struct Follow {
     /// Path of the leader; empty if the joint follows no other joint.
     pub master: String,

@@ -5,13 +5,17 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use tatu_physics::JointId;
+use tatu_plugin_api::safe::Value;
+
+use super::Kind;
+use crate::property::{properties, text_of};
 
 /// Maximum number of values that a filter combines.
 pub const MOST_SAMPLES: usize = 1000;
 
 /// A force sensor. Forces are in N and torques in N m, in the sensor's frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "`rows.rs` describes each property")]
+#[allow(missing_docs, reason = "the table of rows describes each property")]
 pub struct ForceSensor {
     pub force: [f64; 3],
     pub torque: [f64; 3],
@@ -80,6 +84,18 @@ impl ForceSensor {
         };
         self.over >= self.break_count.max(1)
     }
+}
+
+properties! { ROWS: ForceSensor, Of::Kind(Kind::ForceSensor) =>
+    "force_sensor.force" numbers 3 in "N", ReadOnly force: "Force that the objects below the sensor exert on it, in the sensor's frame, filtered.";
+    "force_sensor.torque" numbers 3 in "N m", ReadOnly torque: "Torque that the objects below the sensor exert on it, about its origin, in the sensor's frame, filtered.";
+    "force_sensor.measured" bool, ReadOnly measured: "Whether the sensor has measured, that is, whether it connects two shapes and a step has passed.";
+    "force_sensor.filter" text of (&["mean", "median"]) = "mean", None { get |f: &ForceSensor| Value::text(if f.median { "median" } else { "mean" }), set |f: &mut ForceSensor, v| { f.median = text_of(v)? == "median"; Ok(true) } }: "How the newest values are combined.";
+    "force_sensor.samples" int from 1.0 to (MOST_SAMPLES as f64) = 1, None samples: "Number of values that are combined, one for each physics step.";
+    "force_sensor.break_force" number in "N" from 0.0 = 0.0, None break_force: "Force above which the sensor breaks; 0: never.";
+    "force_sensor.break_torque" number in "N m" from 0.0 = 0.0, None break_torque: "Torque above which the sensor breaks; 0: never.";
+    "force_sensor.break_count" int from 1.0 to (u32::MAX as f64) = 1, None break_count: "Number of consecutive values that must exceed the threshold.";
+    "force_sensor.broken" bool = false, Rebuild broken: "Whether the sensor is broken and no longer connects its shapes.";
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@
 //! - `events`: published events; `lines`, `report`: log lines and faults;
 //! - `outside`, `session`, `wake`: the session and its services; `service`, `service_calls`: a single service;
 //!   `input_log`, `inputs`: external inputs;
-//! - `history`: edits, and the states of the scene between them;
+//! - `history`: edits, and the states of the scene between them; `changes`: changes of properties;
 //! - `stores`, `room`: limits on what scripts may store in a world; `instance_image`: a plugin instance in a snapshot;
 //! - `swap`: values that a reload replaces; `stand_ins`, `stand_in_use`: objects created because scripts request them.
 
@@ -22,6 +22,7 @@ pub(crate) mod arrivals;
 mod border;
 pub(crate) mod call_errors;
 mod calls;
+mod changes;
 mod clock;
 pub(crate) mod cost;
 mod cross;

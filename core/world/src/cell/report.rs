@@ -2,7 +2,7 @@
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_scene::{Scene, rows::kind_name};
+use tatu_scene::Scene;
 
 use super::{
     WorldCell,
@@ -123,7 +123,7 @@ impl WorldCell {
     /// Publishes an event that reports that an object was added or removed.
     pub fn tell_object(&self, event: &str, scene: &Scene, slot: u32) {
         self.run.outside.publish(event, || {
-            let kind = scene.get(slot).map_or("", |o| kind_name(o.kind()));
+            let kind = scene.get(slot).map_or("", |o| o.kind().name());
             let path = Value::text(scene.path(slot));
             payload([("object", Value::Int(slot.into())), ("path", path), ("kind", Value::text(kind))])
         });
@@ -135,7 +135,7 @@ pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status:
     let id = &cell.model.registry.plugins[plugin].id;
     let path = cell.state.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
     let what =
-        cell.state.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| kind_name(o.kind()))).unwrap_or("sensor");
+        cell.state.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| o.kind().name())).unwrap_or("sensor");
     // Messages of the host begin with a verb, so "failed" is not added.
     let how = if status == TATU_ERR_PANIC || text.starts_with("broke the contract") { "" } else { "failed: " };
     let mut fault =

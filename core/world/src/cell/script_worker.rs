@@ -11,6 +11,7 @@ use std::{
     ptr::null,
 };
 
+use tatu_plugin_api::safe::Value;
 use tatu_scene::{is_drive, rows::Row};
 
 use super::{
@@ -133,16 +134,12 @@ impl WorldCell {
     pub fn set_later(&self, slot: u32, row: Row, x: f64) -> Result<(), String> {
         let joint = self.see(|w| &w.state.scene).filter(|s| s.is_joint(slot)).map(|s| s.id(slot));
         match (&self.worker, joint.filter(|_| is_drive(row))) {
-            _ if !x.is_finite() => Err(format!("`{}`: expected finite numbers", row.info().key)),
             (Some(worker), Some(joint)) => {
-                // Later reads of this script must see the value as the joint will store it.
-                worker.set(joint, row, if row == Row::Slip { x.max(0.0) } else { x });
+                row.check(Value::Float(x))?;
+                worker.set(joint, row, x);
                 Ok(())
             }
-            _ => Err(format!(
-                "scripts that run in parallel with others (`side_by_side`) cannot set `{}`",
-                row.info().key
-            )),
+            _ => Err(format!("scripts that run in parallel with others (`side_by_side`) cannot set `{}`", row.key())),
         }
     }
 }

@@ -3,9 +3,9 @@
 
 use tatu_plugin_api::abi::*;
 use tatu_scene::{
-    Data, Joint, Scene, Shape,
+    Data, Kind, Scene, Shape,
     document::DeviceSpec,
-    rows::{KINDS, Of, Row, kind_name},
+    rows::{Of, Row},
 };
 
 use super::{
@@ -27,10 +27,10 @@ pub(crate) fn begin(world: &WorldCell, values: &[String]) {
         .map(|(spec, id)| {
             let suffix = scene.resolve(*id).ok().and_then(|s| scene.get(s)).map_or(-1, |o| o.suffix());
             let kind = match spec.kind {
-                TATU_KIND_SENSOR => spec.device.as_ref().and_then(schema),
+                Kind::Sensor => spec.device.as_ref().and_then(schema),
                 _ => None,
             };
-            let kind = kind.unwrap_or_else(|| kind_name(spec.kind).to_owned());
+            let kind = kind.unwrap_or_else(|| spec.kind.name().to_owned());
             (
                 *id,
                 StandIn {
@@ -107,12 +107,9 @@ pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> boo
     if !world.run.stand_ins.learn(scene.id(slot), kind) {
         return false;
     }
-    let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
-        Some(TATU_KIND_SHAPE) => {
-            Data::Shape(Box::new(Shape { dynamic: true, respondable: true, ..Default::default() }))
-        }
-        Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
-        Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
+    let data = match Kind::parse(kind) {
+        Some(Kind::Shape) => Data::Shape(Box::new(Shape { dynamic: true, respondable: true, ..Default::default() })),
+        Some(kind @ (Kind::Joint | Kind::ForceSensor)) => Data::of_kind(kind, 0),
         // Sensors and actuators can be created only with the next document.
         _ => return false,
     };
@@ -123,7 +120,7 @@ pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> boo
 /// that kind.
 pub(crate) fn becomes_by_row(world: &WorldCell, object: tatu_object, row: Row) -> bool {
     match row.info().of {
-        Of::Kind(kind) if world.run.stand_ins.is_on() => becomes(world, object, kind_name(kind)),
+        Of::Kind(kind) if world.run.stand_ins.is_on() => becomes(world, object, kind.name()),
         _ => false,
     }
 }

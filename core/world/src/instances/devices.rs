@@ -2,9 +2,9 @@
 
 use super::kinds::{create_actuator, create_sensor, end_actuator, end_sensor};
 use tatu_errors::{Error, Fault, FaultKind, Place, Result};
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::safe::Value;
 use tatu_plugins::Declared;
-use tatu_scene::{Data, document::DeviceSpec, rows::kind_name};
+use tatu_scene::{Data, Kind, document::DeviceSpec};
 
 use super::filled;
 use crate::cell::WorldCell;
@@ -65,12 +65,12 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
         (scene.id(slot), o.name(), scene.path(slot), o.kind())
     };
     cell.border.watch.name(slot, path.clone());
-    let info = cell.model.registry.device(object_kind, device.kind);
-    let what = kind_name(object_kind);
+    let info = cell.model.registry.device(object_kind == Kind::Actuator, device.kind);
+    let what = object_kind.name();
     let (params, commands) = (filled(info.params, &device.params), filled(info.commands, &device.params));
     let all = info.params.iter().zip(&params).chain(info.commands.iter().zip(&commands));
     // If an actuator is recreated, the scene already contains its commands.
-    let known = |d: &Declared| object_kind == TATU_KIND_ACTUATOR && place.is_none() && info.commands.contains(d);
+    let known = |d: &Declared| object_kind == Kind::Actuator && place.is_none() && info.commands.contains(d);
     if let Some((p, _)) = { all }.find(|(p, v)| **v == Value::Nil && !p.optional() && !known(p)) {
         let key = tatu_plugins::units::written(&p.key, p.unit.as_deref());
         let text = format!("the {what} {path} lacks its parameter `{key}`");
@@ -87,7 +87,7 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
         let plugin = &cell.model.registry.plugins[info.plugin].id;
         Error::new("E402", format!("the {what} {path} cannot be created: plugin `{plugin}`: {text}")).at(place.cloned())
     };
-    if object_kind == TATU_KIND_SENSOR {
+    if object_kind == Kind::Sensor {
         let made = create_sensor(cell, device.kind, slot, instance, params).map_err(refused)?;
         cell.devices.sensing.borrow_mut().add(made);
         return Ok(());

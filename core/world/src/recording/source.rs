@@ -4,10 +4,7 @@ use tatu_plugin_api::{
     abi::{TATU_LOG_WARNING, tatu_slot},
     safe::Value,
 };
-use tatu_scene::{
-    self, Scene,
-    rows::{ROWS, Row},
-};
+use tatu_scene::{self, Scene, rows::Row};
 
 use crate::cell::WorldCell;
 
@@ -36,7 +33,7 @@ pub(crate) fn check(world: &WorldCell) {
 fn is_known(world: &WorldCell, data: &str) -> bool {
     let key = data.split_once('[').map_or(data, |(key, _)| key);
     ["x", "y", "z", "alpha", "beta", "gamma", "speed", "turning"].contains(&data)
-        || ROWS.iter().any(|r| r.key == key && !key.is_empty())
+        || Row::by_key(key).is_some()
         || world.model.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
 }
 
@@ -61,8 +58,8 @@ pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str
         Some((key, index)) => (key, index.parse().ok()?),
         None => (data, 0),
     };
-    let value = match ROWS.iter().position(|r| r.key == key && !key.is_empty()) {
-        Some(row) => tatu_scene::get(scene, slot, Row::of(row as u32)).ok()?,
+    let value = match Row::by_key(key) {
+        Some(row) => tatu_scene::get(scene, slot, row).ok()?,
         None => {
             let sensing = world.devices.sensing.try_borrow().ok()?;
             let device = sensing.device(slot).filter(|d| d.sequence > 0)?;

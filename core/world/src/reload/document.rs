@@ -11,7 +11,7 @@ use tatu_plugin_api::{
     safe::{MOST_BYTES, Value, read_plain},
 };
 use tatu_scene::{
-    self, Changed, Data, Scene, Shape,
+    self, Data, Kind, Scene, Shape,
     document::{Document, ObjectSpec, ScriptSpec},
     rows::Row,
 };
@@ -51,7 +51,7 @@ impl<'a> Described<'a> {
     }
 
     fn value(&self, object: usize, row: Row) -> Option<Value> {
-        if row == Row::Parts {
+        if row == Row::PARTS {
             let last = self.document.objects[object].rows.iter().rev().find(|(r, _)| *r == row);
             return last.map(|(_, v)| v.clone());
         }
@@ -147,9 +147,9 @@ impl World {
         rows.extend(written(was, j));
         // The first four properties are applied together as `pose`, which includes the position of a model. Meshes and
         // textures are handled below.
-        let parts = [Row::Position, Row::Quaternion, Row::Orientation, Row::WorldPose, Row::Mesh, Row::Texture];
+        let parts = [Row::POSITION, Row::QUATERNION, Row::ORIENTATION, Row::WORLD_POSE, Row::MESH, Row::TEXTURE];
         rows.retain(|r| !parts.contains(r));
-        rows.push(Row::Pose);
+        rows.push(Row::POSE);
         let mut keys: Vec<String> = Vec::new();
         fn shape<'s>(d: &'s Described<'_>, n: usize) -> Option<&'s Shape> {
             d.scene.get(d.slots[n])?.shape()
@@ -168,11 +168,11 @@ impl World {
                     scene.touch(slot);
                 });
             }
-            keys.extend(other_mesh.then(|| Row::Mesh.info().key.into()));
-            keys.extend(other_texture.then(|| Row::Texture.info().key.into()));
+            keys.extend(other_mesh.then(|| Row::MESH.key().into()));
+            keys.extend(other_texture.then(|| Row::TEXTURE.key().into()));
         }
         for row in rows {
-            let key = row.info().key;
+            let key = row.key();
             let (Some(old), value) = (was.value(j, row), is.value(i, row)) else {
                 if let Some(value) = is.value(i, row) {
                     self.set_row(slot, row, &value, restart).then(|| keys.push(key.into()));
@@ -203,15 +203,8 @@ impl World {
 
     fn set_row(&self, slot: u32, row: Row, value: &Value, restart: &mut Vec<String>) -> bool {
         let cell: &WorldCell = self.cell();
-        let done = tatu_scene::set(&mut cell.state.scene.borrow_mut(), slot, row, value);
-        match done {
-            Ok(changed) => {
-                let mut dynamics = cell.state.dynamics.borrow_mut();
-                match changed {
-                    Changed::Moved => dynamics.moved(slot),
-                    Changed::Drive => dynamics.drive_changed(slot),
-                    Changed::Value | Changed::Rebuild => {}
-                }
+        match cell.set_property(slot, row, value) {
+            Ok(()) => {
                 if let Some(initial) = &mut *cell.model.initial.borrow_mut() {
                     // If the object existed at the start, it has the same slot in the initial scene.
                     let _ = tatu_scene::set(&mut initial.scene, slot, row, value);
@@ -219,12 +212,7 @@ impl World {
                 true
             }
             Err(refusal) => {
-                restart.push(format!(
-                    "`{}` of {}: {}",
-                    row.info().key,
-                    cell.state.scene.borrow().path(slot),
-                    refusal.1
-                ));
+                restart.push(format!("{}: {}", cell.state.scene.borrow().path(slot), refusal.1));
                 false
             }
         }
@@ -237,7 +225,7 @@ impl World {
         if was.params == is.params {
             return Vec::new();
         }
-        let info = cell.model.registry.device(new.kind, is.kind);
+        let info = cell.model.registry.device(new.is_actuator(), is.kind);
         let differing = |declared: &[tatu_plugins::Declared]| -> Vec<(usize, Value)> {
             let pairs = filled(declared, &was.params).into_iter().zip(filled(declared, &is.params));
             pairs.enumerate().filter(|(_, (a, b))| a != b).map(|(at, (_, b))| (at, b)).collect()
@@ -260,7 +248,7 @@ impl World {
         }
         let object = cell.state.scene.borrow().id(slot);
         let live = match new.kind {
-            TATU_KIND_SENSOR => cell.devices.sensing.borrow().device(slot).map(|d| d.params.clone()),
+            Kind::Sensor => cell.devices.sensing.borrow().device(slot).map(|d| d.params.clone()),
             _ => cell.devices.actuators.borrow().device(object).map(|d| d.params.clone()),
         };
         let Some(mut live) = live else { return keys };

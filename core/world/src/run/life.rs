@@ -16,7 +16,7 @@ use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::{
     document::{Document, ScriptSpec, Sources},
-    rows,
+    rows::Row,
 };
 
 use super::World;
@@ -215,8 +215,7 @@ impl World {
     /// Returns a property of an object, given by path or unique name, or `None` if it does not exist.
     pub fn property(&self, path: &str, key: &str) -> Option<Value> {
         let scene = self.cell.state.scene.borrow();
-        let row = rows::ROWS.iter().position(|r| r.key == key)?;
-        tatu_scene::get(&scene, scene.find(0, path)?, rows::Row::of(row as u32)).ok()
+        tatu_scene::get(&scene, scene.find(0, path)?, Row::by_key(key)?).ok()
     }
 }
 

@@ -15,7 +15,6 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::thread_grant::ThreadGrant;
-use tatu_scene::{Changed, set_numbers};
 
 use super::life::turn_of;
 use crate::{
@@ -145,17 +144,12 @@ fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, a
 /// Applies the drive properties that parallel scripts have set, up to the first effect of another kind. Returns the
 /// number of effects applied.
 fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
-    let (Ok(mut scene), Ok(mut dynamics)) = (world.state.scene.try_borrow_mut(), world.state.dynamics.try_borrow_mut())
-    else {
-        return 0;
-    };
     for (i, effect) in effects.iter().enumerate() {
         let DeferredEffect::Set(object, row, x) = effect else { return i };
         // A script that ran alone in between may have removed the joint.
-        let Ok(slot) = scene.resolve(*object) else { continue };
-        if let Some(Ok(Changed::Drive)) = set_numbers(&mut scene, slot, *row, &[*x]) {
-            dynamics.drive_changed(slot);
-        }
+        let slot = world.state.scene.try_borrow().ok().and_then(|scene| scene.resolve(*object).ok());
+        // The value was checked when the script set it.
+        let _ = slot.and_then(|slot| world.set_numbers(slot, *row, &[*x]));
     }
     effects.len()
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tatu_physics::{BodyId, Contact, Twist};
 use tatu_plugin_api::abi::*;
-use tatu_scene::{Scene, rows::kind_name};
+use tatu_scene::{Kind, Scene};
 
 use super::answer::{busy, fill, here, on, place, slot, with};
 use super::solids::Context;
@@ -36,9 +36,7 @@ extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64;
 /// Returns the body of a dynamic shape. If the shape is new, its body is created first.
 fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     match body_now(world, object) {
-        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => {
-            body_now(world, object)
-        }
+        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes(world, object, Kind::Shape.name()) => body_now(world, object),
         body => body,
     }
 }
@@ -50,7 +48,7 @@ fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_statu
     let o = scene.get(s);
     let id = o.and_then(|o| o.shape()).filter(|s| s.dynamic).and_then(|s| s.body.0);
     id.ok_or_else(|| {
-        let kind = o.map_or("nothing", |o| kind_name(o.kind()));
+        let kind = o.map_or("nothing", |o| o.kind().name());
         let text =
             format!("object {s} `{}` is a {kind} that forces do not move; expected a dynamic shape", scene.path(s));
         world.run.calls.refuse(TATU_ERR_ARGUMENT, &text)

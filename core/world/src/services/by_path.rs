@@ -2,7 +2,10 @@
 
 use tatu_errors::{Refusal, nearest};
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_scene::{Data, rows::rows_of};
+use tatu_scene::{
+    Data,
+    rows::{Row, rows_of},
+};
 
 use super::{answer::Done, properties};
 use crate::{cell::WorldCell, run::World};
@@ -42,6 +45,8 @@ pub struct Channel {
     source: Source,
     /// Number of elements along each axis; empty for a single number.
     pub shape: Vec<usize>,
+    /// Lowest and highest value of each number, if the declaration of the property limits it.
+    pub bounds: [Option<f64>; 2],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +67,7 @@ impl World {
         let cell = &**self.cell();
         let object = find(cell, path)?;
         if let Some((field, shape)) = field(cell, object, name) {
-            return Ok(Channel { object, source: Source::Field(field), shape });
+            return Ok(Channel { object, source: Source::Field(field), shape, bounds: [None; 2] });
         }
         let prop = number(cell, name);
         let value = properties::read(cell, object, prop).map_err(|status| why_not(cell, status, object, name))?;
@@ -72,7 +77,8 @@ impl World {
             Value::Ints(v) => vec![v.len()],
             _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("`{name}` of `{path}` does not consist of numbers"))),
         };
-        Ok(Channel { object, source: Source::Property(prop), shape })
+        let bounds = Row::of(prop).declared().bounds();
+        Ok(Channel { object, source: Source::Property(prop), shape, bounds })
     }
 
     /// Reads the current values of a channel into `out`, which must have as many elements as the shape of the channel.
@@ -197,7 +203,7 @@ fn why_not(cell: &WorldCell, status: tatu_status, object: tatu_object, key: &str
 fn nearest_property(cell: &WorldCell, object: tatu_object, key: &str) -> Option<String> {
     let scene = cell.state.scene.borrow();
     let data = scene.resolve(object).ok().and_then(|slot| scene.get(slot));
-    let mut names: Vec<String> = rows_of(data.map(|o| o.kind())).map(|row| row.key.to_owned()).collect();
+    let mut names: Vec<String> = rows_of(data.map(|o| o.kind())).map(|row| row.key().to_owned()).collect();
     let registry = &cell.model.registry;
     let declared = match data.map(|o| &o.data) {
         Some(Data::Sensor(s)) => {

@@ -51,12 +51,12 @@ fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu
     let key = world.model.registry.host().key(prop).unwrap_or_default();
     let mut text = format!("object {slot} `{}` has no property `{key}`", scene.path(slot));
     let kind = scene.get(slot).and_then(|o| match &o.data {
-        Data::Actuator(a) => Some((o.kind(), a.kind)),
-        Data::Sensor(s) => Some((o.kind(), s.kind)),
+        Data::Actuator(a) => Some((true, a.kind)),
+        Data::Sensor(s) => Some((false, s.kind)),
         _ => None,
     });
-    if let Some((object_kind, kind)) = kind {
-        let info = world.model.registry.device(object_kind, kind);
+    if let Some((is_actuator, kind)) = kind {
+        let info = world.model.registry.device(is_actuator, kind);
         let known: Vec<String> = info.declared().map(|d| format!("{}.{}", info.id, d.key)).collect();
         match nearest(&key, known.iter().map(String::as_str)) {
             Some(near) => text += &format!("; did you mean `{near}`?"),

@@ -3,9 +3,8 @@
 use nalgebra::Vector3;
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::check_value;
 use tatu_scene::{
-    self, Changed, Data,
+    self, Data,
     document::{Target, preset_settings},
     noise::NoiseSpec,
     rows::{Of, Row},
@@ -34,10 +33,10 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
 fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
     let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
     let row = Row::of(prop);
-    if row == Row::WorldNotes {
+    if row == Row::WORLD_NOTES {
         return Ok(tatu_scene::notes_value(&scene.notes));
     }
-    if object == 0 || row.info().of == Of::World && row != Row::None {
+    if object == 0 || row.info().of == Of::World && row != Row::NONE {
         return read_world(world, row);
     }
     let slot = slot(world, &scene, object)?;
@@ -45,25 +44,25 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
         return Ok(Value::Float(set));
     }
     match (row, scene.get(slot).map(|o| &o.data)) {
-        (Row::None, _) => {
+        (Row::NONE, _) => {
             drop(scene);
             devices::read(world, slot, prop)
         }
-        (Row::SensorKind, Some(Data::Sensor(s))) => {
+        (Row::SENSOR_KIND, Some(Data::Sensor(s))) => {
             Ok(Value::text(world.model.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
         }
-        (Row::SensorMeasured | Row::SensorBeams, Some(Data::Sensor(_))) => {
+        (Row::SENSOR_MEASURED | Row::SENSOR_BEAMS, Some(Data::Sensor(_))) => {
             let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
             let device = sensing.index(slot).map(|i| &sensing.devices[i]);
             Ok(Value::Int(device.map_or(0, |d| match row {
-                Row::SensorBeams => d.layout.plan.count() as i64,
+                Row::SENSOR_BEAMS => d.layout.plan.count() as i64,
                 _ => d.sequence as i64,
             })))
         }
-        (Row::Twist | Row::LocalTwist, Some(_)) => {
+        (Row::TWIST | Row::LOCAL_TWIST, Some(_)) => {
             let dynamics = world.see(|w| &w.state.dynamics).ok_or_else(|| busy(world))?;
             let twist = world.state.twist(&scene, &dynamics, slot);
-            if row == Row::Twist {
+            if row == Row::TWIST {
                 return Ok(Value::Floats(twist.to_vec()));
             }
             let [vx, vy, vz, wx, wy, wz] = twist;
@@ -71,28 +70,28 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             let (v, w) = (own * Vector3::new(vx, vy, vz), own * Vector3::new(wx, wy, wz));
             Ok(Value::Floats(v.iter().chain(&w).copied().collect()))
         }
-        (Row::ActuatorKind, Some(Data::Actuator(a))) => {
+        (Row::ACTUATOR_KIND, Some(Data::Actuator(a))) => {
             Ok(Value::text(world.model.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
         }
         (
-            Row::ScriptLanguage
-            | Row::ScriptDialect
-            | Row::ScriptKind
-            | Row::ScriptName
-            | Row::ScriptCalls
-            | Row::ScriptInstructions,
+            Row::SCRIPT_LANGUAGE
+            | Row::SCRIPT_DIALECT
+            | Row::SCRIPT_KIND
+            | Row::SCRIPT_NAME
+            | Row::SCRIPT_CALLS
+            | Row::SCRIPT_INSTRUCTIONS,
             Some(Data::Script),
         ) => {
             let script = world.run.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
             let Some(s) = script else { return Err(world.run.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
             Ok(match row {
-                Row::ScriptLanguage => Value::text(&world.model.registry.languages[s.language].id),
+                Row::SCRIPT_LANGUAGE => Value::text(&world.model.registry.languages[s.language].id),
                 // SAFETY: the string is owned by the script's instance, which is alive until the string has been
                 // copied.
-                Row::ScriptDialect => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
-                Row::ScriptKind => Value::text(&s.kind_name),
-                Row::ScriptName => Value::text(&s.name),
-                Row::ScriptInstructions => Value::Int(s.instructions.get() as i64),
+                Row::SCRIPT_DIALECT => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
+                Row::SCRIPT_KIND => Value::text(&s.kind_name),
+                Row::SCRIPT_NAME => Value::text(&s.name),
+                Row::SCRIPT_INSTRUCTIONS => Value::Int(s.instructions.get() as i64),
                 _ => Value::Int(s.calls.get() as i64),
             })
         }
@@ -101,38 +100,28 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
 }
 
 pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
-    let settings = world.see(|w| &w.model.settings).ok_or_else(|| busy(world))?;
     let phase = world.state.phase.get();
     Ok(match row {
-        Row::Time => Value::Float(world.state.clock.time.get()),
-        Row::ClockTime => Value::Float(world.run.outside.clock.get().unwrap_or(world.state.clock.time.get())),
-        Row::Epoch => Value::Int(world.run.outside.epoch.get()),
-        Row::Dt => Value::Float(world.state.clock.dt.get()),
-        Row::PhysicsDt => Value::Float(settings.physics_dt),
-        Row::Sleep => Value::Bool(settings.sleep),
-        Row::FrictionRule => {
-            let found = tatu_scene::FRICTION_RULES.iter().find(|(_, rule)| *rule == settings.friction_rule);
-            Value::text(found.map_or("product", |(name, _)| name))
-        }
-        Row::SceneJointSolver => Value::text(settings.joint_solver.name()),
-        Row::FrictionPairs => Value::List(settings.friction_pairs.iter().map(|p| p.to_value()).collect()),
-        Row::ContactSpring => Value::Floats(settings.contact_spring.map_or(Vec::new(), |s| s.to_vec())),
-        Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
-        Row::Step => Value::Int(world.state.clock.step.get() as i64),
-        Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
-        Row::Origin => Value::Floats(settings.origin.to_vec()),
-        Row::Seed => Value::Int(settings.seed as i64),
-        Row::Allow => Value::text(settings.allow.join(",")),
-        Row::SceneFile => {
+        Row::TIME => Value::Float(world.state.clock.time.get()),
+        Row::CLOCK_TIME => Value::Float(world.run.outside.clock.get().unwrap_or(world.state.clock.time.get())),
+        Row::EPOCH => Value::Int(world.run.outside.epoch.get()),
+        Row::DT => Value::Float(world.state.clock.dt.get()),
+        Row::STEP => Value::Int(world.state.clock.step.get() as i64),
+        Row::SCENE_FILE => {
             Value::text(world.model.document.file.as_ref().map_or(String::new(), |f| f.display().to_string()))
         }
-        Row::SceneNotes => {
+        Row::SCENE_NOTES => {
             Value::List(world.model.document.reports.iter().map(|r| Value::text(r.text.as_str())).collect())
         }
-        Row::Running => Value::Bool(world.running()),
-        Row::Stopping => Value::Bool(phase.is_ending()),
-        Row::Phase => Value::Int(phase as i64),
-        _ => return Err(world.run.calls.refuse(TATU_ERR_MISSING, "the world has no such property")),
+        Row::RUNNING => Value::Bool(world.running()),
+        Row::STOPPING => Value::Bool(phase.is_ending()),
+        Row::PHASE => Value::Int(phase as i64),
+        _ => {
+            let settings = world.see(|w| &w.model.settings).ok_or_else(|| busy(world))?;
+            return row
+                .setting(&settings)
+                .ok_or_else(|| world.run.calls.refuse(TATU_ERR_MISSING, "the world has no such property"));
+        }
     })
 }
 
@@ -142,12 +131,11 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         let Some(x) = number(&value) else { return Err(busy(world)) };
         return set_later(world, object, row, x);
     }
-    if row == Row::None {
+    if row == Row::NONE {
         return devices::write(world, object, prop, value);
     }
-    let value = check_value(&row.info().param(), value)
-        .map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
-    if row == Row::WorldNotes {
+    let value = row.check(value).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &of(world, object, e)))?;
+    if row == Row::WORLD_NOTES {
         let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
         world.check_notes(&scene, 0, &value)?;
         scene.notes = tatu_scene::notes(&value).map_err(|r| refusal(world, r))?;
@@ -157,37 +145,36 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         return write_world(world, row, &value);
     }
     let value = match row {
-        Row::Preset | Row::Noise => of_kind(world, object, row, value)?,
+        Row::PRESET | Row::NOISE => of_kind(world, object, row, value)?,
         _ => value,
     };
-    if let Some(n) = (row == Row::Texture).then(|| world.model.document.lost_image(row, &value)).flatten() {
-        let text = format!("`{}`: the scene has no image {n}", row.info().key);
-        return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
-    }
     let set = || {
-        let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
-        let slot = slot(world, &scene, object)?;
-        if row == Row::Notes {
-            world.check_notes(&scene, slot, &value)?;
-        }
-        let changed = tatu_scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
-        if row == Row::Texture {
-            world.model.document.fill_texture(&mut scene, slot);
-        }
-        Ok((slot, changed))
+        let slot = {
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
+            let slot = slot(world, &scene, object)?;
+            if row == Row::NOTES {
+                world.check_notes(&scene, slot, &value)?;
+            }
+            slot
+        };
+        world.set_property(slot, row, &value).map_err(|Refusal(status, text)| {
+            let text = if status == TATU_ERR_ARGUMENT { of(world, object, text) } else { text };
+            refusal(world, Refusal(status, text))
+        })
     };
-    let (slot, changed) = match set() {
-        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes_by_row(world, object, row) => set()?,
-        done => done?,
-    };
-    if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {
-        // The graph is recreated from its new declaration.
-        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-        let mut figures = world.devices.figures.try_borrow_mut().map_err(|_| busy(world))?;
-        figures.graphs.remove(&scene.id(slot));
-        figures.graph(&scene, scene.id(slot)).map_err(|r| refusal(world, r))?;
+    match set() {
+        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes_by_row(world, object, row) => set(),
+        done => done,
     }
-    after_change(world, slot, changed)
+}
+
+/// Adds the object to a message that begins with the key of a property.
+fn of(world: &WorldCell, object: tatu_object, text: String) -> String {
+    let path = world.state.scene.try_borrow().ok().and_then(|s| Some(s.path(s.resolve(object).ok()?)));
+    match (path, text.split_once("`: ")) {
+        (Some(path), Some((key, rest))) => format!("{key}` of {path}: {rest}"),
+        _ => text,
+    }
 }
 
 /// Processes properties of a sensor that depend on its kind: applies a preset, or checks the noise and replaces the
@@ -205,9 +192,9 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
     let text = String::from_utf8_lossy(text);
     let refuse = |e: tatu_errors::Error| {
         let help = e.help.as_ref().map_or(String::new(), |h| format!("; {h}"));
-        world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {}{help}", row.info().key, e.text))
+        world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {}{help}", row.key(), e.text))
     };
-    if row == Row::Noise {
+    if row == Row::NOISE {
         let noise = NoiseSpec::parse(&text, Some(kind)).map_err(|w| refuse(w.in_text(&text)))?;
         return Ok(Value::text(noise.to_toml()));
     }
@@ -223,7 +210,7 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
             devices::write_params(world, object, params)?;
         }
         for (row, value) in rows {
-            write(world, object, row as tatu_prop, value)?;
+            write(world, object, row.number(), value)?;
         }
     }
     Ok(value)
@@ -231,33 +218,22 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
 
 pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Done {
     match (row, value) {
-        (Row::Gravity, Value::Floats(v)) => {
+        (Row::GRAVITY, Value::Floats(v)) => {
             let mut settings = world.model.settings.try_borrow_mut().map_err(|_| busy(world))?;
             settings.gravity = nalgebra::Vector3::new(v[0], v[1], v[2]);
             let engine = Model::engine_settings(&settings);
             world.state.dynamics.try_borrow_mut().map_err(|_| busy(world))?.configure(engine);
             Ok(())
         }
-        _ => Err(world
-            .run
-            .calls
-            .refuse(TATU_ERR_UNSUPPORTED, &format!("`{}` cannot be changed by plugins", row.info().key))),
+        _ => {
+            Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, &format!("`{}` cannot be changed by plugins", row.key())))
+        }
     }
-}
-
-pub(super) fn after_change(world: &WorldCell, slot: u32, changed: Changed) -> Done {
-    let mut dynamics = world.state.dynamics.try_borrow_mut().map_err(|_| busy(world))?;
-    match changed {
-        Changed::Moved => dynamics.moved(slot),
-        Changed::Drive => dynamics.drive_changed(slot),
-        Changed::Value | Changed::Rebuild => {}
-    }
-    Ok(())
 }
 
 pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, out: &mut [f64]) -> Done {
     let row = Row::of(prop);
-    if let ([x], Row::Time) = (&mut *out, row) {
+    if let ([x], Row::TIME) = (&mut *out, row) {
         *x = world.state.clock.time.get();
         return Ok(());
     }
@@ -294,15 +270,13 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
     if let (Some(_), [x]) = (&world.worker, v) {
         return set_later(world, object, row, *x);
     }
-    {
-        let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
-        if object != 0 {
-            let slot = slot(world, &scene, object)?;
-            match tatu_scene::set_numbers(&mut scene, slot, row, v) {
-                Some(Ok(changed)) => return after_change(world, slot, changed),
-                Some(Err(r)) => return Err(refusal(world, r)),
-                None => {}
-            }
+    if object != 0 {
+        let slot = {
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
+            slot(world, &scene, object)?
+        };
+        if let Some(done) = world.set_numbers(slot, row, v) {
+            return done.map_err(|r| refusal(world, r));
         }
     }
     let value = match v {

@@ -3,19 +3,33 @@
 use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{HostTables, texts::label};
-use tatu_scene::{
-    ALIAS, Changed, Data, Joint, Scene, Shape, is_alias, pose_from_array, pose_to_array,
-    rows::{KINDS, kind_name},
-};
+use tatu_scene::{ALIAS, Data, Effect, Kind, Scene, is_alias, pose_from_array, pose_to_array};
 
 use super::{
     answer::{busy, fill, give, here, list_of, needs, on, place, room_of, slot},
-    properties::{after_change, read, read_numbers, write, write_numbers},
+    properties::{read, read_numbers, refusal, write, write_numbers},
 };
 use crate::cell::{
     Function, WorldCell,
     cost::{LOOK, OBJECT},
 };
+
+/// Returns the number of a kind of object in the plugin ABI.
+fn number_of(kind: Kind) -> i32 {
+    match kind {
+        Kind::Shape => TATU_KIND_SHAPE,
+        Kind::Joint => TATU_KIND_JOINT,
+        Kind::Dummy => TATU_KIND_DUMMY,
+        Kind::Sensor => TATU_KIND_SENSOR,
+        Kind::Actuator => TATU_KIND_ACTUATOR,
+        Kind::ForceSensor => TATU_KIND_FORCE_SENSOR,
+        Kind::Graph => TATU_KIND_GRAPH,
+        Kind::Camera => TATU_KIND_CAMERA,
+        Kind::Light => TATU_KIND_LIGHT,
+        Kind::Path => TATU_KIND_PATH,
+        Kind::Script => TATU_KIND_SCRIPT,
+    }
+}
 
 pub static TABLE: tatu_host_scene = tatu_host_scene {
     size: size_of::<tatu_host_scene>() as u32,
@@ -193,7 +207,7 @@ extern "C" fn set_pose(
             (Err(status), _) | (_, Err(status)) => return Err(status),
         };
         scene.set_world(s, f * p);
-        after_change(world, s, Changed::Moved)
+        world.take_effect(s, Effect::Moved).map_err(|r| refusal(world, r))
     })
 }
 
@@ -211,7 +225,7 @@ extern "C" fn look(
                     *full = scene.id(s);
                 }
                 if let Some(kind) = kind {
-                    *kind = scene.get(s).map_or(-1, |o| o.kind());
+                    *kind = scene.get(s).map_or(-1, |o| number_of(o.kind()));
                 }
                 Ok(())
             }
@@ -250,19 +264,12 @@ extern "C" fn create(
     on(w, Function::acts("scene.create"), |world| {
         let out = place(world, "a pointer for the object", out)?;
         let kind = kind.text();
-        let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
-            Some(TATU_KIND_SHAPE) => Data::Shape(Box::<Shape>::default()),
-            Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
-            Some(TATU_KIND_DUMMY) => Data::Dummy(None),
-            Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
-            Some(TATU_KIND_GRAPH) => Data::Graph(Box::default()),
-            Some(TATU_KIND_CAMERA) => Data::Camera(Box::default()),
-            Some(TATU_KIND_LIGHT) => Data::Light(Box::default()),
-            Some(TATU_KIND_PATH) => Data::Path(Box::default()),
-            Some(k) => {
-                let text = format!("an object of kind {} cannot be created during a run", kind_name(k));
+        let data = match Kind::parse(&kind) {
+            Some(Kind::Sensor | Kind::Actuator) => {
+                let text = format!("an object of kind {kind} cannot be created during a run");
                 return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
             }
+            Some(kind) => Data::of_kind(kind, 0),
             None => {
                 return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown object kind `{kind}`")));
             }
@@ -344,7 +351,7 @@ unsafe extern "C" fn list(
             if flags & TATU_LIST_SKIP_BASE != 0 && base != 0 {
                 slots.remove(0);
             }
-            let wanted = |s: &u32| kinds == 0 || scene.get(*s).is_some_and(|o| kinds & (1 << o.kind()) != 0);
+            let wanted = |s: &u32| kinds == 0 || scene.get(*s).is_some_and(|o| kinds & (1 << number_of(o.kind())) != 0);
             let ids: Vec<_> = slots.into_iter().filter(wanted).map(|s| scene.id(s)).collect();
             fill(&ids, out, cap, n)
         })

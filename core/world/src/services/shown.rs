@@ -6,11 +6,7 @@ use std::cell::RefCell;
 use tatu_geometry::{Form, Mapping, Texture};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{Declared, Registry};
-use tatu_scene::{
-    Data, Scene, pose_to_array,
-    rows::{Change, rows_of},
-    visible_parts,
-};
+use tatu_scene::{Data, Scene, pose_to_array, rows::rows_of, visible_parts};
 
 use super::answer::{Answer, busy, give, on, slot, with};
 use crate::{
@@ -37,8 +33,8 @@ fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
         ("choices", Value::List(choices)),
         ("text", Value::text(&p.text)),
     ];
-    let limits = [("min", p.lowest), ("max", p.highest)];
-    entries.extend(limits.into_iter().filter(|(_, x)| x.is_finite()).map(|(name, x)| (name, Value::Float(x))));
+    let limits = ["min", "max"].into_iter().zip(p.bounds());
+    entries.extend(limits.filter_map(|(name, x)| Some((name, Value::Float(x?)))));
     map(entries)
 }
 
@@ -86,8 +82,8 @@ fn nth_row(c: &Context<'_>, object: tatu_object, index: usize) -> Result<Option<
     let kind = (object != 0).then(|| scene.get(slot).map(|o| o.kind())).flatten();
     let rows: Vec<_> = rows_of(kind).collect();
     if let Some(row) = rows.get(index) {
-        let declared = Declared { key: row.key.to_owned(), ..row.param() };
-        return Ok(Some(told(&declared, "", row.change != Change::ReadOnly)));
+        let declared = Declared { key: row.key().to_owned(), ..row.declared().clone() };
+        return Ok(Some(told(&declared, "", row.info().is_settable())));
     }
     let (id, params) = match scene.get(slot).map(|o| &o.data).filter(|_| object != 0) {
         Some(Data::Sensor(s)) => c.registry.sensors.get(s.kind).map(|k| (&k.id, &k.params)).unzip(),

@@ -64,7 +64,7 @@ fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>
 }
 
 /// Properties that a stop leaves unchanged.
-const LEFT: &[Row] = &[Row::Name, Row::Layer, Row::Notes, Row::Color, Row::Mass, Row::Inertia];
+const LEFT: &[Row] = &[Row::NAME, Row::LAYER, Row::NOTES, Row::COLOR, Row::MASS, Row::INERTIA];
 
 /// Carries the properties that a stop leaves unchanged over to `initial`. Returns the properties that differ, with
 /// their present values.
@@ -91,7 +91,7 @@ fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value
     }
     if initial.notes != scene.notes {
         leave(&mut initial.notes, &scene.notes);
-        made.push(((WORLD, Row::WorldNotes), tatu_scene::notes_value(&initial.notes)));
+        made.push(((WORLD, Row::WORLD_NOTES), tatu_scene::notes_value(&initial.notes)));
     }
     made
 }

@@ -88,7 +88,7 @@ fn core(cell: &WorldCell) -> Result<CoreImage> {
         meshes: meshes(cell, &scene)?,
         scene: scene.clone(),
         settings: cell.model.settings.borrow().clone(),
-        dynamics: cell.state.dynamics.borrow().snapshot(),
+        dynamics: cell.state.dynamics.borrow().snapshot().map_err(|text| Error::new("E501", text))?,
         phase: cell.state.phase.get(),
         clock: (
             cell.state.clock.time.get(),

@@ -105,7 +105,9 @@ function numberField({ row, name, unit, set }, tell) {
   element.append(input);
   if (unit.text) element.append(make("span", { className: "unit", textContent: unit.text }));
   const { min, max } = row;
-  if (min === undefined || max === undefined) return { element, wide: false, update: (v) => update(writeNumber(v, unit.factor)) };
+  // A slider cannot set a mask or a large number precisely.
+  const isCoarse = row.type === 2 && Number(max) - Number(min) > 1000;
+  if (min === undefined || max === undefined || isCoarse) return { element, wide: false, update: (v) => update(writeNumber(v, unit.factor)) };
   const slider = make("input", { type: "range", min: String(min * unit.factor), max: String(max * unit.factor), step: row.type === 2 ? "1" : "any" });
   slider.setAttribute("aria-label", name);
   let merge = "";

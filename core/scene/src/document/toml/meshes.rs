@@ -11,14 +11,15 @@ use super::{
     super::{Builder, Document, Target, import},
     Reader,
 };
-use crate::{forms::visible_parts, rows::Row};
+use crate::{forms::visible_parts, rows::InFiles};
 
 impl Reader<'_> {
     /// Replaces the file names of meshes and images in a value by their numbers.
     pub(super) fn with_files(&mut self, b: &mut Builder<'_>, target: &Target, value: Value) -> Result<Value> {
-        match (target, value) {
-            (Target::Row(Row::Mesh), Value::Text(name)) => self.mesh(b, &name),
-            (Target::Row(Row::Parts), Value::List(mut parts)) => {
+        let form = if let Target::Row(row) = target { row.info().in_files } else { InFiles::Plain };
+        match (form, value) {
+            (InFiles::Mesh, Value::Text(name)) => self.mesh(b, &name),
+            (InFiles::Parts, Value::List(mut parts)) => {
                 let entries = parts.iter_mut().filter_map(|p| if let Value::Map(m) = p { Some(m) } else { None });
                 for (key, value) in entries.flatten() {
                     match value {
@@ -29,7 +30,7 @@ impl Reader<'_> {
                 }
                 Ok(Value::List(parts))
             }
-            (Target::Row(Row::Texture), mut texture) => {
+            (InFiles::Texture, mut texture) => {
                 self.with_image(b, &mut texture)?;
                 Ok(texture)
             }

@@ -2,14 +2,14 @@
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::safe::Value;
 use toml_edit::{Item, TableLike};
 
 use super::{
     super::{Builder, change::Override, keys, overrides, scripts},
     Reader, table_span,
 };
-use crate::{from_euler, pose_from_array, rows::KINDS};
+use crate::{from_euler, pose_from_array, rows::Kind};
 
 impl Reader<'_> {
     pub(super) fn object(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
@@ -22,9 +22,8 @@ impl Reader<'_> {
             (Some(item), _) => self.string(table, "kind", item)?,
             (None, Some(kind)) => kind.to_owned(),
             (None, None) => {
-                let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
                 return Err(Error::new("E104", "an [[object]] has no `kind`")
-                    .expected(format!("kind = one of {}", known.join(", ")))
+                    .expected(format!("kind = one of {}", Kind::names().join(", ")))
                     .at(Some(self.text.place(table_span(table)))));
             }
         };
@@ -36,8 +35,8 @@ impl Reader<'_> {
         let at = self.text.value(table, if table.contains_key("kind") { "kind" } else { &kind });
         let object = b.object(&kind, parent, &alias).map_err(|e| e.at(Some(at.clone())))?;
         let device = match b.document.objects[object].kind {
-            TATU_KIND_SENSOR => Some(("sensor", "<kind or schema>")),
-            TATU_KIND_ACTUATOR => Some(("actuator", "<kind>")),
+            Kind::Sensor => Some(("sensor", "<kind or schema>")),
+            Kind::Actuator => Some(("actuator", "<kind>")),
             _ => None,
         };
         if let Some((key, wanted)) = device {
@@ -54,12 +53,12 @@ impl Reader<'_> {
             b.device(object, &kind).map_err(|e| e.at(Some(self.text.value(table, key))))?;
         }
         // The type of a joint is read first, because it determines the units of the other keys.
-        if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == TATU_KIND_JOINT) {
+        if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == Kind::Joint) {
             let value = Value::text(v.as_str().unwrap_or_default());
             b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
         }
         // A preset is applied before all other keys of the object, regardless of the order in the file.
-        if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == TATU_KIND_SENSOR) {
+        if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == Kind::Sensor) {
             let preset = Value::text(self.string(table, "preset", item)?);
             b.set(object, "sensor.preset", preset).map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;
         }
@@ -71,7 +70,7 @@ impl Reader<'_> {
         let declared = b.declared(object);
         for (key, item) in table.iter() {
             const OTHERS: &[&str] = &["kind", "alias", "name", "parent", "script", "scripts"];
-            let done = key == "preset" && b.document.objects[object].kind == TATU_KIND_SENSOR;
+            let done = key == "preset" && b.document.objects[object].kind == Kind::Sensor;
             if done || OTHERS.contains(&key) || device.is_some_and(|(d, _)| d == key) {
                 continue;
             }

@@ -6,7 +6,7 @@ use tatu_plugin_api::safe::Value;
 use tatu_plugins::units;
 
 use super::keys::PART_KEYS;
-use crate::{drive::KEYS as DRIVE_KEYS, texture::KEYS as TEXTURE_KEYS};
+use crate::{drive::KEYS as DRIVE_KEYS, rows::InFiles, texture::KEYS as TEXTURE_KEYS};
 
 /// Formats a key and its value as a line of a table, such as `limits_deg = [-90.0, 90.0]`. Returns `None` if files
 /// cannot express the value.
@@ -55,16 +55,15 @@ fn table(entries: &[(Value, Value)]) -> Option<String> {
     units_of(entries, if named { &[] } else { PART_KEYS })
 }
 
-/// Formats the drive of a robot as an inline table.
-pub fn drive(value: &Value) -> Option<String> {
-    let Value::Map(entries) = value else { return None };
-    units_of(entries, DRIVE_KEYS)
-}
-
-/// Formats the texture of a shape as an inline table.
-pub fn texture(value: &Value) -> Option<String> {
-    let Value::Map(entries) = value else { return None };
-    units_of(entries, TEXTURE_KEYS)
+/// Formats a property as a line of a table, in its form in scene files. Returns `None` if files cannot express the value.
+pub fn line_in(form: InFiles, key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
+    let text = match (form, value) {
+        (InFiles::Data, _) => free_data(value)?,
+        (InFiles::Drive, Value::Map(entries)) => units_of(entries, DRIVE_KEYS)?,
+        (InFiles::Texture, Value::Map(entries)) => units_of(entries, TEXTURE_KEYS)?,
+        _ => return line(key, unit, value),
+    };
+    Some(format!("{key} = {text}"))
 }
 
 /// Formats a table whose keys include units.
@@ -73,7 +72,7 @@ fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String
         let Value::Text(k) = k else { return None };
         let k = std::str::from_utf8(k).ok()?;
         if k == "texture" {
-            return Some(format!("{k} = {}", texture(v)?));
+            return line_in(InFiles::Texture, k, None, v);
         }
         line(k, known.iter().find(|(known, _)| *known == k).map(|(_, unit)| *unit), v)
     };

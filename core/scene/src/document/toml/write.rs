@@ -17,9 +17,13 @@ use tatu_plugins::Registry;
 use super::{
     super::{Builder, Document, NORMAL, ObjectSpec, PRIORITIES, Settings, Target, reach::Reach, settings},
     images,
-    value_text::{divided, drive, free_data, line, quoted, text, texture},
+    value_text::{divided, free_data, line, line_in, quoted, text},
 };
-use crate::{Scene, from_euler, rows::Row, rows::kind_name, to_euler};
+use crate::{
+    Scene, from_euler,
+    rows::{InFiles, Row},
+    to_euler,
+};
 
 /// A scene file and its separate files.
 #[derive(Debug, Clone, Default)]
@@ -141,12 +145,11 @@ impl<'a> Writer<'a> {
     fn world(&mut self) {
         let mut lines = Vec::new();
         let (ours, usual) = (settings::values(&self.document.settings), settings::values(&Settings::default()));
-        for (key, value) in ours {
-            if usual.iter().any(|(k, v)| *k == key && *v == value) {
+        for (key, unit, value) in ours {
+            if usual.iter().any(|(k, _, v)| *k == key && *v == value) {
                 continue;
             }
-            let unit = settings::keys().into_iter().find(|(d, ())| d.key == key).and_then(|(d, ())| d.unit);
-            match line(key, unit.as_deref(), &value) {
+            match line(key, unit, &value) {
                 Some(line) => lines.push(line),
                 None => self.out.left_out.push(format!("scene.{key}")),
             }
@@ -190,7 +193,7 @@ impl<'a> Writer<'a> {
         let slot = self.slots[index];
         let own = self.name_of(slot);
         self.put("\n[[object]]");
-        self.put(&format!("kind = {}", quoted(kind_name(spec.kind))));
+        self.put(&format!("kind = {}", quoted(spec.kind.name())));
         self.put(&format!("alias = {}", quoted(&spec.alias)));
         // If an alias is unique, it is also the object's unique name.
         if own != spec.alias || self.users.get(spec.alias.as_str()).is_some_and(|n| *n > 1) {
@@ -201,27 +204,27 @@ impl<'a> Writer<'a> {
             self.put(&format!("parent = {}", quoted(parent)));
         }
         if let Some(d) = &spec.device {
-            let key = kind_name(spec.kind);
-            let kind = self.registry.device(spec.kind, d.kind);
+            let key = spec.kind.name();
+            let kind = self.registry.device(spec.is_actuator(), d.kind);
             self.put(&format!("{key} = {}", quoted(kind.id)));
         }
         self.pose(slot);
         let declared = builder.declared(index);
         for (row, value) in last_of_each(&spec.rows) {
-            let placed = matches!(row, Row::Position | Row::Quaternion | Row::Orientation | Row::Pose | Row::WorldPose);
-            if placed || row == Row::Name || is_usual(row, value) {
+            let placed =
+                matches!(row, Row::POSITION | Row::QUATERNION | Row::ORIENTATION | Row::POSE | Row::WORLD_POSE);
+            if placed || row == Row::NAME || is_usual(row, value) {
                 continue;
             }
             let info = declared.iter().find(|(_, t)| matches!(t, Target::Row(r) if *r == row));
             let Some((d, _)) = info else { continue };
-            let written = match row {
-                Row::Notes => free_data(value).map(|text| format!("data = {text}")),
-                Row::Drive => drive(value).map(|text| format!("drive = {text}")),
-                Row::Texture => texture(&self.with_image(value, &spec.alias)).map(|text| format!("texture = {text}")),
-                Row::Mesh | Row::Parts => line(&d.key, None, &self.with_files(value, &spec.alias)),
-                _ => line(&d.key, d.unit.as_deref(), value),
+            let form = row.info().in_files;
+            let value = match form {
+                InFiles::Texture => &self.with_image(value, &spec.alias),
+                InFiles::Mesh | InFiles::Parts => &self.with_files(value, &spec.alias),
+                _ => value,
             };
-            match written {
+            match line_in(form, &d.key, d.unit.as_deref(), value) {
                 Some(line) => self.put(&line),
                 None => self.out.left_out.push(format!("{own}: {}", d.key)),
             }
@@ -364,18 +367,17 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Returns whether a value is the default, for properties with a fixed default.
+/// Properties that are not written if they have their default.
+#[rustfmt::skip]
+const LEFT_OUT: [Row; 14] = [
+    Row::MODEL_BASE, Row::DYNAMIC, Row::RESPONDABLE, Row::BULLET, Row::CONVEX, Row::VISIBLE, Row::LAYER,
+    Row::RESPONDABLE_MASK, Row::DETECTABLE_MASK, Row::JOINT_POSITION, Row::TARGET_POSITION, Row::TARGET_VELOCITY,
+    Row::MAX_FORCE, Row::JOINT_MODE,
+];
+
+/// Returns whether a value is the default of a property that is then left out.
 fn is_usual(row: Row, value: &Value) -> bool {
-    let usual = match row {
-        Row::ModelBase | Row::Dynamic | Row::Respondable | Row::Bullet | Row::Convex => Value::Bool(false),
-        Row::Visible => Value::Bool(true),
-        Row::Layer => Value::Int(1),
-        Row::RespondableMask | Row::DetectableMask => Value::Int(0xFFFF),
-        Row::JointPosition | Row::TargetPosition | Row::TargetVelocity | Row::MaxForce => Value::Float(0.0),
-        Row::JointMode => Value::text("dynamic"),
-        _ => return false,
-    };
-    *value == usual
+    LEFT_OUT.contains(&row) && *value == row.info().default()
 }
 
 /// Returns the last value of each key, in the order in which these values were set.

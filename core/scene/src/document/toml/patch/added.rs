@@ -85,9 +85,10 @@ pub fn arrange(writer: &mut Writer<'_>, differences: &Differences, registry: &Re
 /// Drops parameters that have their default values. With a preset, all parameters are kept, because the preset changes
 /// the defaults.
 fn leave_out_defaults(object: &mut ObjectSpec, registry: &Registry) {
-    let preset = object.rows.iter().any(|(row, _)| *row == Row::Preset);
+    let preset = object.rows.iter().any(|(row, _)| *row == Row::PRESET);
+    let is_actuator = object.is_actuator();
     let Some(device) = object.device.as_mut().filter(|_| !preset) else { return };
-    let info = registry.device(object.kind, device.kind);
+    let info = registry.device(is_actuator, device.kind);
     let usual = |key: &str, value: &Value| info.declared().any(|d| d.key == key && d.fallback == *value);
     device.params.retain(|(key, value)| !usual(key, value));
 }

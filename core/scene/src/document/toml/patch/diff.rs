@@ -95,10 +95,10 @@ impl Pair<'_> {
             position: (a.translation.vector - b.translation.vector).norm() > SAME,
             rotation: a.rotation.angle_to(&b.rotation) > SAME,
             alias: scene.get(new).is_some_and(|o| o.alias() != spec.alias)
-                && !(edited.is_foreign)(new, Row::Name, &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name()))),
+                && !(edited.is_foreign)(new, Row::NAME, &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name()))),
             name: entries.of(self.object).is_some_and(|e| e.first == self.object)
                 && base.get(old).map(crate::Object::name) != scene.get(new).map(crate::Object::name)
-                && !(edited.is_foreign)(new, Row::Name, &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name()))),
+                && !(edited.is_foreign)(new, Row::NAME, &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name()))),
             parent: scene.get(new).is_some_and(|o| o.parent != spec.parent.map_or(0, |p| edited.slots[p]))
                 || spec.parent.is_some_and(|p| !entries.kept.contains(&p)),
             ..Difference::default()
@@ -106,7 +106,7 @@ impl Pair<'_> {
         let then: BTreeMap<Row, Value> = live::rows(base, old, spec.device.as_ref(), assets).into_iter().collect();
         let now: BTreeMap<Row, Value> = live::rows(scene, new, device.as_ref(), assets).into_iter().collect();
         let rows: std::collections::BTreeSet<Row> = then.keys().chain(now.keys()).copied().collect();
-        for row in rows.into_iter().filter(|r| !matches!(r, Row::Name | Row::Pose)) {
+        for row in rows.into_iter().filter(|r| !matches!(*r, Row::NAME | Row::POSE)) {
             let (was, is) = (then.get(&row), now.get(&row));
             if was == is {
                 continue;
@@ -130,8 +130,7 @@ impl Pair<'_> {
 
 /// Returns the parameters and commands of a device whose values have changed, with their new values.
 fn params(was: &DeviceSpec, is: &DeviceSpec, builder: &Builder<'_>, object: usize) -> Vec<(String, Value)> {
-    let kind = builder.document.objects[object].kind;
-    let info = builder.registry.device(kind, is.kind);
+    let info = builder.registry.device(builder.document.objects[object].is_actuator(), is.kind);
     let usual = |key: &str| info.declared().find(|d| d.key == key).map(|d| d.fallback.clone());
     let before = |key: &str| was.params.iter().rev().find(|(k, _)| k == key).map(|(_, v)| v.clone());
     let differs = |(key, value): &&(String, Value)| before(key).or_else(|| usual(key)).as_ref() != Some(value);

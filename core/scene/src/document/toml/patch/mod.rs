@@ -59,20 +59,18 @@ pub fn patch(text: &str, edited: &Edited<'_>, registry: &Registry) -> Result<Pat
 /// Writes changed settings and custom data of the world to `[scene]`.
 fn world(doc: &mut DocumentMut, edited: &Edited<'_>, out: &mut Patched) {
     let (now, then) = (settings::values(edited.settings), settings::values(&edited.document.settings));
-    for (key, value) in now {
-        if then.iter().any(|(k, v)| *k == key && *v == value) {
+    for (key, unit, value) in now {
+        if then.iter().any(|(k, _, v)| *k == key && *v == value) {
             continue;
         }
-        let declared = settings::keys().into_iter().map(|(d, ())| d).find(|d| d.key == key);
-        let unit = declared.as_ref().and_then(|d| d.unit.clone());
-        if tables::put_line(tables::section(doc, "scene"), key, unit.as_deref(), &value) {
+        if tables::put_line(tables::section(doc, "scene"), key, unit, &value) {
             out.changes += 1;
         } else {
             out.problems.push(format!("`{key}` of the scene has a value that a scene file cannot express"));
         }
     }
     let (scene, notes) = (edited.scene, &edited.document.notes);
-    if scene.notes != *notes && !(edited.is_foreign)(0, Row::WorldNotes, &crate::notes_value(&scene.notes)) {
+    if scene.notes != *notes && !(edited.is_foreign)(0, Row::WORLD_NOTES, &crate::notes_value(&scene.notes)) {
         match super::value_text::free_data(&crate::notes_value(&scene.notes)) {
             Some(text) => {
                 tables::put_text(tables::section(doc, "scene"), "data", &text);

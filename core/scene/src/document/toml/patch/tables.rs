@@ -9,7 +9,7 @@ use tatu_plugins::units;
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::{
-    super::value_text::{drive, free_data, line, quoted, text},
+    super::value_text::{line, line_in, quoted, text},
     diff::{Difference, Differences},
     edited::{Edited, Patched},
     entries::Entries,
@@ -17,7 +17,7 @@ use super::{
 use crate::{
     Scene,
     document::{Builder, Target, entry::Entry},
-    rows::{Row, kind_name},
+    rows::{InFiles, Row},
     to_euler,
 };
 
@@ -140,17 +140,17 @@ impl Writer<'_> {
             writer.out.problems.push(format!("`{}` of {path} cannot be changed in the file", row.info().key));
         };
         let Some(found) = found else { return problem(self) };
-        let special = match (row, value) {
-            (Row::Notes, Some(value)) => Some(("data", free_data(value))),
-            (Row::Drive, Some(value)) => Some(("drive", drive(value))),
-            (Row::Mesh | Row::Parts | Row::Texture, _) => return problem(self),
-            _ => None,
-        };
-        match special {
-            Some((key, Some(text))) if direct => self.put(entry, key, &text, true),
-            Some((key, Some(text))) => self.put_set(object, key, &text),
-            Some((_, None)) => problem(self),
-            None => self.declared(entry, object, (&found.key, found.unit.as_deref()), value, direct),
+        match (row.info().in_files, value) {
+            (InFiles::Mesh | InFiles::Parts | InFiles::Texture, _) => problem(self),
+            (form @ (InFiles::Data | InFiles::Drive), Some(value)) => {
+                let line = line_in(form, &found.key, None, value);
+                match line.as_deref().and_then(|l| l.split_once(" = ")) {
+                    Some((key, text)) if direct => self.put(entry, key, text, true),
+                    Some((key, text)) => self.put_set(object, key, text),
+                    None => problem(self),
+                }
+            }
+            _ => self.declared(entry, object, (&found.key, found.unit.as_deref()), value, direct),
         }
     }
 
@@ -182,7 +182,7 @@ impl Writer<'_> {
         let mut path = self.path(self.slot(object));
         let models = &self.edited.document.models;
         if models.iter().any(|m| m.base == object && m.params.iter().any(|p| p.key == key)) {
-            path = format!("{path}.{}", kind_name(self.edited.document.objects[object].kind));
+            path = format!("{path}.{}", self.edited.document.objects[object].kind.name());
         }
         let written = value.and_then(|v| line(key, unit, v));
         match written.as_deref().and_then(|l| l.split_once(" = ")) {

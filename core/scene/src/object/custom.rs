@@ -7,14 +7,12 @@ use tatu_errors::Refusal;
 use tatu_geometry::Mesh;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{
-    super::{Primitive, ShapePart, from_euler, pose_from_array},
-    refuse,
-};
-use crate::texture::ShapeTexture;
+use super::{Primitive, parts::ShapePart};
+use crate::{from_euler, pose_from_array, property::refuse, texture::ShapeTexture};
 
 /// Builds a mesh from lists: coordinates of points, indices of points, and optionally texture coordinates.
-pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
+pub fn surface(value: &Value) -> Result<Mesh, Refusal> {
+    let Value::List(lists) = value else { return refuse(TATU_ERR_ARGUMENT, "a surface must be a list of lists") };
     let numbers = |v: Option<&Value>| -> Option<Vec<f64>> {
         match v? {
             Value::Floats(f) => Some(f.clone()),
@@ -56,6 +54,20 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
     })
 }
 
+/// Returns the points and triangles of a mesh as lists, for [`surface`].
+pub fn surface_value(mesh: Option<&Mesh>) -> Value {
+    let empty = Mesh::default();
+    let mesh = mesh.unwrap_or(&empty);
+    let mut lists = vec![
+        Value::Floats(mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).collect()),
+        Value::Ints(mesh.triangles.iter().flatten().map(|i| i64::from(*i)).collect()),
+    ];
+    if !mesh.coordinates.is_empty() {
+        lists.push(Value::Floats(mesh.coordinates.iter().flatten().map(|x| f64::from(*x)).collect()));
+    }
+    Value::List(lists)
+}
+
 /// Converts a map from tags to strings to custom data.
 pub fn notes(value: &Value) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, Refusal> {
     let Value::Map(pairs) = value else {
@@ -77,17 +89,21 @@ pub fn notes_value(notes: &BTreeMap<Vec<u8>, Vec<u8>>) -> Value {
 
 /// Returns the numbers of the meshes that a list of parts uses.
 pub fn part_meshes(parts: &Value) -> Vec<u32> {
-    let Value::List(parts) = parts else { return Vec::new() };
-    parts.iter().filter_map(|p| parse_part(p).ok()).map(|p| p.mesh_number).filter(|n| *n > 0).collect()
+    parts_of(parts).unwrap_or_default().iter().map(|p| p.mesh_number).filter(|n| *n > 0).collect()
 }
 
 /// Returns the numbers of the images that a list of parts uses.
 pub fn part_images(parts: &Value) -> Vec<u32> {
-    let Value::List(parts) = parts else { return Vec::new() };
-    parts.iter().filter_map(|p| parse_part(p).ok()?.texture).map(|t| t.image_number).collect()
+    parts_of(parts).unwrap_or_default().iter().filter_map(|p| p.texture.as_ref()).map(|t| t.image_number).collect()
 }
 
-pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
+/// Converts the list of parts of a compound.
+pub fn parts_of(value: &Value) -> Result<Vec<ShapePart>, Refusal> {
+    let Value::List(parts) = value else { return refuse(TATU_ERR_ARGUMENT, "parts must be a list of tables") };
+    parts.iter().map(part_of).collect()
+}
+
+fn part_of(value: &Value) -> Result<ShapePart, Refusal> {
     let Value::Map(entries) = value else { return refuse(TATU_ERR_ARGUMENT, "a part must be a table") };
     let mut part = ShapePart {
         primitive: Primitive::Box,
