@@ -129,17 +129,20 @@ pub struct Property {
     pub(crate) access: Access,
 }
 
+/// Whether a value differs from the previous one, or why it was refused; `None` if it is not stored here.
+pub(crate) type Changed = Option<Result<bool, String>>;
+
 /// The functions that read and set a value in the struct that stores it. They return `None` if the struct is of a
 /// different type, or if a higher layer reads or sets the property.
 #[derive(Clone, Copy)]
 pub(crate) struct Access {
     pub get: fn(&dyn Any) -> Option<Value>,
     /// Sets a value of the declared type and range; returns whether it differs from the previous one.
-    pub set: fn(&mut dyn Any, &Value) -> Option<Result<bool, String>>,
+    pub set: fn(&mut dyn Any, &Value) -> Changed,
     /// Copies numbers without allocating memory; returns how many.
     pub read: fn(&dyn Any, &mut [f64]) -> Option<usize>,
     /// As `set`, for numbers.
-    pub write: fn(&mut dyn Any, &[f64]) -> Option<Result<bool, String>>,
+    pub write: fn(&mut dyn Any, &[f64]) -> Changed,
 }
 
 impl Access {
@@ -252,7 +255,7 @@ pub(crate) trait Stored {
         None
     }
     /// As `store`, for numbers.
-    fn write(&mut self, _numbers: &[f64]) -> Option<Result<bool, String>> {
+    fn write(&mut self, _numbers: &[f64]) -> Changed {
         None
     }
 }
@@ -310,7 +313,7 @@ impl Stored for f64 {
     fn read(&self, out: &mut [f64]) -> Option<usize> {
         put(out, &[*self])
     }
-    fn write(&mut self, numbers: &[f64]) -> Option<Result<bool, String>> {
+    fn write(&mut self, numbers: &[f64]) -> Changed {
         if let [x] = numbers { Some(Ok(replace(self, *x))) } else { None }
     }
 }
@@ -374,7 +377,7 @@ impl Stored for UnitQuaternion<f64> {
     fn read(&self, out: &mut [f64]) -> Option<usize> {
         put(out, self.coords.as_slice())
     }
-    fn write(&mut self, numbers: &[f64]) -> Option<Result<bool, String>> {
+    fn write(&mut self, numbers: &[f64]) -> Changed {
         let [x, y, z, w] = *numbers else { return None };
         Some(match pose_from_array(&[0.0, 0.0, 0.0, x, y, z, w]) {
             Some(pose) => {
@@ -448,7 +451,7 @@ pub(crate) fn set_of<T: 'static>(
     of: &mut dyn Any,
     value: &Value,
     set: impl Fn(&mut T, &Value) -> Result<bool, String>,
-) -> Option<Result<bool, String>> {
+) -> Changed {
     of.downcast_mut().map(|of| set(of, value))
 }
 
