@@ -28,6 +28,8 @@ const FOUND: f64 = 1e-11;
 /// the velocities by only a thousandth of this value. Also the speed, m/s, by which a contact may fall short of its
 /// minimum velocity before immovable joints are released.
 const STEADY: f64 = 1e-7;
+/// Impact speed below which bodies do not bounce, m/s.
+const RESTING: f64 = 0.01;
 
 /// Statistics of a step of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -279,8 +281,7 @@ impl Group {
 
     /// Solves all contacts; returns the number of sweeps, and whether the impulses have changed any velocity.
     fn solve_contacts(&mut self, contacts: &[Contact], h: f64) -> (usize, bool) {
-        let bounces =
-            |(contact, point): (&Contact, &Point)| contact.restitution > 0.0 && point.approach < -sweeps::RESTING;
+        let bounces = |(contact, point): (&Contact, &Point)| contact.restitution > 0.0 && point.approach < -RESTING;
         if !Resting::suits(&self.rows) || contacts.iter().zip(&self.rows.points).any(bounces) {
             return self.sweep(contacts, h);
         }

@@ -2,11 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{FOUND, Group, SWEEPS};
+use super::{FOUND, Group, RESTING, SWEEPS};
 use crate::{contact::Contact, vector::dot};
-
-/// Impact speed below which bodies do not bounce, m/s.
-pub(super) const RESTING: f64 = 0.01;
 
 impl Group {
     /// Sweeps over all contacts until their impulses no longer change, at most [`SWEEPS`] times; returns the number of
