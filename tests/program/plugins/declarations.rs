@@ -133,5 +133,5 @@ fn integers_have_no_fractions() {
     end";
     with_wrong(&watcher("caller", script)).run(&["--steps", "1"]).good();
     let place = Place::scene(&cuboid("a", [1.0; 3], [0.0; 3], "layer = 1.5"));
-    place.run(&[]).refused(&["E102", "`layer`: expected an integer, found 1.5"]);
+    place.run(&[]).refused(&["E102", "`object.layer`: expected an integer from 0 to 4294967295, found 1.5"]);
 }
