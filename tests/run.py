@@ -71,7 +71,9 @@ def run(binary, options):
     """Runs the tests of one binary; returns a dictionary for each test."""
     name, folder, package, path = binary
     chosen = [*options.names, *(word for skipped in options.skip for word in ("--skip", skipped))]
-    libraries = [TARGET / "debug" / "deps", TARGET / "debug", os.environ.get("LD_LIBRARY_PATH", "")]
+    # An empty element would stand for the current folder.
+    more = [os.environ["LD_LIBRARY_PATH"]] if os.environ.get("LD_LIBRARY_PATH") else []
+    libraries = [TARGET / "debug" / "deps", TARGET / "debug", *more]
     environment = dict(os.environ, CARGO_MANIFEST_DIR=str(folder), CARGO_PKG_NAME=package, CARGO="cargo",
                        LD_LIBRARY_PATH=":".join(map(str, libraries)))
     listed = subprocess.run([path, "--list", *chosen], cwd=folder, env=environment, capture_output=True, text=True)
