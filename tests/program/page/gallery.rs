@@ -15,13 +15,13 @@ const OWN_OF_PROGRAM: &str = "scenes/first/pioneer_avoids_walls.toml";
 /// Creates a folder with a scene of the user. The program stores its state in the subfolder `state`.
 fn place() -> Place {
     let place = Place::new();
-    place.write("work/scenes/mine.toml", "# A ball.\n# Try: nothing.\nformat = 1\n");
-    place.write("work/elsewhere/other.toml", "format = 1\n");
+    place.write("project/scenes/mine.toml", "# A ball.\n# Try: nothing.\nformat = 1\n");
+    place.write("project/elsewhere/other.toml", "format = 1\n");
     place
 }
 
 fn served(place: &Place) -> Served {
-    Served::with_state(&place.path().join("work"), &["open", "--no-browser"], &place.path().join("state"))
+    Served::with_state(&place.path().join("project"), &["open", "--no-browser"], &place.path().join("state"))
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn scenes_of_the_program_open_from_any_folder() {
         next(&mut socket, key)
     };
     let list = say(json!({ "type": "files" }), "files");
-    assert_eq!(list["folder"], "work");
+    assert_eq!(list["folder"], "project");
     let files = list["files"].as_array().unwrap();
     assert_eq!(
         files[0],
@@ -69,7 +69,7 @@ fn scenes_of_the_program_open_from_any_folder() {
     place.write("apart/.keep", "");
     let served = Served::with_state(
         &place.path().join("apart"),
-        &["open", "../work/elsewhere/other.toml", "--no-browser"],
+        &["open", "../project/elsewhere/other.toml", "--no-browser"],
         &place.path().join("state"),
     );
     let mut socket = served.socket();
@@ -93,7 +93,7 @@ fn a_scene_is_found_opened_and_pictured() {
     let shown = "[...document.querySelectorAll('#files .scene')].filter((b) => b.offsetParent)";
     page.until(&format!("document.getElementById('dialog')?.open && {shown}.length > 15"));
     let headings = "[...document.querySelectorAll('#files h3')].map((h) => h.textContent)";
-    assert_eq!(page.js(headings), json!(["Yours: work", "Comes with Tatu"]));
+    assert_eq!(page.js(headings), json!(["Yours: project", "Comes with Tatu"]));
     let find = |text: &str| {
         format!("(() => {{ const f = document.getElementById('find-scene'); f.value = {text:?}; f.oninput(); }})()")
     };

@@ -175,15 +175,21 @@ fn room(place: &Place) -> PathBuf {
     place.path().join("apart/room")
 }
 
-#[test]
-#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn a_folder_comes_with_all_its_files() {
+/// Opens a page without a scene in an empty folder, `work`, beside the folder of [`room`].
+fn empty_page() -> (Place, PathBuf, Served, Page) {
     let place = Place::new();
     let room = room(&place);
     place.write("work/.keep", "");
     let served = Served::new(&place.path().join("work"), &["open", "--no-browser"]);
     let mut page = Page::open(&browser(), &served.url);
     page.until("document.getElementById('dialog')?.open");
+    (place, room, served, page)
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_folder_comes_with_all_its_files() {
+    let (place, room, _served, mut page) = empty_page();
     let lamp = "import('tatu/store').then((s) => [...s.scene.objects.values()].some((o) => o.alias === 'lamp' && o.scripts.length === 1))";
     let files = |name: &str| {
         let at = |file: &str| place.path().join("work/dropped").join(name).join(file);
@@ -204,12 +210,7 @@ fn a_folder_comes_with_all_its_files() {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_folder_is_sent_again_if_the_connection_was_lost() {
-    let place = Place::new();
-    let room = room(&place);
-    place.write("work/.keep", "");
-    let served = Served::new(&place.path().join("work"), &["open", "--no-browser"]);
-    let mut page = Page::open(&browser(), &served.url);
-    page.until("document.getElementById('dialog')?.open");
+    let (_place, room, _served, mut page) = empty_page();
     // The connection is closed in place of the first request for a folder.
     page.js("{ const { send } = WebSocket.prototype;
            WebSocket.prototype.send = function (text) {
