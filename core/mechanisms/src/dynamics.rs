@@ -10,7 +10,7 @@ use crate::{
     newton_euler::Sweep,
     state::State,
     tree::Tree,
-    vector::{Vec3, add, dot, scale},
+    vector::Vec3,
 };
 
 /// The dynamics of a tree in a given state.
@@ -186,11 +186,7 @@ impl Dynamics {
         for (dof, v) in tree.dofs.iter().zip(&self.v) {
             kinetic += 0.5 * dof.armature * v * v;
         }
-        let mut potential = 0.0;
-        for inertia in &self.kinematics.inertias {
-            potential -= dot(gravity, add(inertia.first, scale(self.kinematics.origin, inertia.mass)));
-        }
-        Ok((kinetic, potential))
+        Ok((kinetic, self.kinematics.potential(gravity)))
     }
 
     fn factorize(&mut self, tree: &Tree) -> Result<(), DynamicsError> {

@@ -125,8 +125,7 @@ pub enum DynamicsError {
         /// Index of the velocity.
         dof: usize,
     },
-    /// A link turns too fast for a step of this duration: by more than the maximum of
-    /// [`Solver::set_max_turn`](crate::Solver::set_max_turn), or the iterations of the step have not converged.
+    /// A link turns too fast for a step of this duration: see [`FastTurns::Fail`](crate::FastTurns::Fail).
     #[error("degree of freedom {dof} turns by {turn} rad in a step, too much for its forces of gyration; shorten it")]
     TooFast {
         /// Index of the velocity.

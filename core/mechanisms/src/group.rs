@@ -15,7 +15,7 @@ use crate::{
     rows::{Point, Rows},
     solver::check_step,
     state::advance,
-    vector::{Vec3, dot},
+    vector::{Vec3, add, dot, scale},
 };
 
 /// Maximum number of rounds, in each of which first the joints and then the contacts are solved.
@@ -79,9 +79,9 @@ impl Group {
     /// overlaps are removed by position changes only, which add no momentum.
     ///
     /// Joints and contacts are solved alternately: first all joints exactly, under the current contact forces, and then
-    /// all contacts, with the current compliance of the joints: directly if they rest, otherwise by Gauss-Seidel sweeps. One round suffices unless a
-    /// joint changes between holding and yielding. Complexity: that of the step of each tree, plus the depth of each
-    /// contact per sweep.
+    /// all contacts, with the current compliance of the joints: directly if they rest, otherwise by Gauss-Seidel sweeps.
+    /// One round suffices unless a joint changes between holding and yielding. Complexity: that of the step of each tree,
+    /// plus the depth of each contact per sweep.
     ///
     /// # Errors
     ///
@@ -142,6 +142,7 @@ impl Group {
         self.renew(members);
         self.part(members, contacts, h);
         each(members, |m| m.solver.step.limit(m.tree, m.state, h))?;
+        self.limit_energy(members, contacts, gravity, h);
         self.note_distances(contacts, h);
         for m in members.iter_mut() {
             m.solver.step.commit(m.state);
@@ -182,20 +183,17 @@ impl Group {
     fn resolve(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) -> Result<GroupReport, GroupError> {
         self.forms.clear();
         let mut sweeps = 0;
-        let mut found = true;
-        let mut released = false;
+        let mut solved = true;
         self.yields.clear();
         self.yields.resize(members.len(), false);
         for round in 1..=ROUNDS {
             let met = self.solve_joints(members, h)?;
-            // If no law has changed its piece, the impulses of the last sweeps still satisfy the contacts, unless they were
-            // found for joints that were assumed to yield.
+            // If no law has changed its piece, the impulses of the last sweeps still satisfy the contacts.
             let forms = std::mem::take(&mut self.forms);
             let all = members.iter().flat_map(|m| m.solver.step.pivot.forms());
             self.forms.extend(all);
             if self.forms == forms {
-                let met =
-                    if found && !released && !self.is_stuck() { met } else { self.dissipate(members, contacts, h)? };
+                let met = if solved && !self.is_stuck() { met } else { self.dissipate(members, contacts, h)? };
                 return Ok(GroupReport { rounds: round, sweeps, met });
             }
             self.renew(members);
@@ -205,15 +203,16 @@ impl Group {
                 self.apply(members, h);
                 continue;
             }
-            released = self.release(members, h);
-            let before = (round > ROUNDS / 2).then(|| self.impulses.clone());
+            let released = self.release(members, h);
+            let alternates = round > ROUNDS / 2;
+            let before = if alternates { self.impulses.clone() } else { Vec::new() };
             let (count, changed) = self.solve_contacts(contacts, h);
             // A drive that alternates between holding and yielding has its solution in between.
-            for (old, new) in before.iter().flatten().flatten().zip(self.impulses.iter_mut().flatten()) {
-                *new = 0.5 * (*new + old);
+            for (new, old) in self.impulses.iter_mut().zip(&before) {
+                *new = scale(add(*new, *old), 0.5);
             }
             sweeps += count;
-            found = count < SWEEPS;
+            solved = count < SWEEPS && !released && !alternates;
             if !changed {
                 return Ok(GroupReport { rounds: round, sweeps, met });
             }

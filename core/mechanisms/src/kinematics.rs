@@ -170,6 +170,12 @@ impl Kinematics {
         }
     }
 
+    /// Returns the potential energy under gravity, m/s², which is 0 at the world's origin, J.
+    pub(crate) fn potential(&self, gravity: Vec3) -> f64 {
+        let lever = |inertia: &Inertia| add(inertia.first, scale(self.origin, inertia.mass));
+        -self.inertias.iter().map(|inertia| dot(gravity, lever(inertia))).sum::<f64>()
+    }
+
     /// Computes poses, axes and inertias from positions.
     pub(crate) fn place(&mut self, tree: &Tree, q: &[f64]) {
         let root = &tree.nodes[0];

@@ -69,7 +69,7 @@ pub use group::{Group, GroupReport};
 pub use kinematics::Kinematics;
 pub use link::{Joint, Link};
 pub use member::Member;
-pub use solver::{Report, Scheme, Solver};
+pub use solver::{FastTurns, Report, Scheme, Solver};
 pub use state::State;
 pub use step::Efforts;
 pub use tree::Tree;

@@ -25,6 +25,10 @@ use crate::{
 /// corresponds to a tilt of 0.6 degrees.
 const IMMOVABLE: [f64; 2] = [1e-9, 1e-4];
 
+/// Maximum distance at which a contact touches, m. A body that rests on some contacts would otherwise never load others
+/// that are apart by rounding only, and its weight would not be distributed evenly.
+const TOUCHING: f64 = 1e-7;
+
 /// The part of a row that belongs to one tree: a range of columns.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Half {
@@ -59,7 +63,7 @@ impl Point {
     /// may approach until they touch.
     #[inline]
     pub fn least_velocity(&self, h: f64) -> f64 {
-        if self.distance > 0.0 { -2.0 * self.distance / h } else { 0.0 }
+        if self.distance > TOUCHING { -2.0 * self.distance / h } else { 0.0 }
     }
 }
 

@@ -23,6 +23,25 @@ pub enum Scheme {
     Leapfrog,
 }
 
+/// What a step does if a joint or a free link turns so fast that forces of gyration, which are evaluated at means of poses
+/// and velocities, would add energy.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum FastTurns {
+    /// Nothing.
+    #[default]
+    Ignore,
+    /// Fails with [`DynamicsError::TooFast`], so that the step can be repeated in parts, if a link turns by more than
+    /// `max_turn`, rad, or if the iterations of the step have not converged while a link turns by more than 0.02 rad.
+    Fail {
+        /// Maximum turn, rad, at the greater of the velocities before and after the step.
+        max_turn: f64,
+    },
+    /// Reduces the velocities of all trees until the kinetic energy does not exceed what the state before the step,
+    /// gravity, drives, springs, external forces and moving objects account for: the last resort for steps that cannot be
+    /// divided further. Costs two additional computations of poses and mass matrix.
+    LimitEnergy,
+}
+
 /// Statistics of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Report {
@@ -54,12 +73,9 @@ impl Solver {
         Solver { scheme, step: Step::new(tree) }
     }
 
-    /// Sets the maximum angle, rad, by which a joint or a free link turns in a step at its velocity at the end; infinite
-    /// by default. Steps that exceed it, or whose iterations have not converged because links spin fast, fail with
-    /// [`DynamicsError::TooFast`], so that they can be repeated in parts: forces of gyration, which are evaluated at
-    /// means of poses and velocities, would otherwise add energy.
-    pub fn set_max_turn(&mut self, turn: f64) {
-        self.step.max_turn = turn;
+    /// Sets what is done if a joint or a free link turns fast; [`FastTurns::Ignore`] by default.
+    pub fn set_fast_turns(&mut self, fast_turns: FastTurns) {
+        self.step.fast_turns = fast_turns;
     }
 
     /// Advances a state by a time `h`, s, under gravity, m/s². Complexity: that of forward dynamics per linear solve.
@@ -104,6 +120,10 @@ impl Solver {
         step.conclude(tree, state, h, search.met)?;
         step.finish(tree, h);
         step.limit(tree, state, h)?;
+        if step.fast_turns == FastTurns::LimitEnergy {
+            let balance = step.balance(tree, state, gravity, h);
+            step.slow_down(balance);
+        }
         step.commit(state);
         let Search { solutions, met } = search;
         Ok(Report { solutions, met })

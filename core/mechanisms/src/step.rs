@@ -1,13 +1,15 @@
 //! The phases of a step of one tree. A solver runs them for a single tree, a group for trees that touch.
 //!
 //! [`Step::begin`] advances positions by half a step at the old velocities, and computes poses there;
-//! [`Step::set_laws`] sets the laws of joints; [`Step::guess`] computes bias forces; [`Step::solve`] finds the velocities at the end;
-//! [`Step::take_mean_velocities`] and [`Step::take_mean_poses`] refine the equation for the next `solve`;
+//! [`Step::set_laws`] sets the laws of joints; [`Step::guess`] computes bias forces; [`Step::solve`] finds the velocities
+//! at the end; [`Step::take_mean_velocities`] and [`Step::take_mean_poses`] refine the equation for the next `solve`;
 //! [`Step::conclude`] computes forces, [`Step::finish`] positions at the end, [`Step::limit`] applies joint limits to
 //! them, and [`Step::commit`] writes the state.
 
 mod energy;
 mod laws;
+
+pub(crate) use energy::Balance;
 
 use crate::{
     composite::MassMatrix,
@@ -17,6 +19,7 @@ use crate::{
     motor::Motor,
     newton_euler::Sweep,
     pivot::{Pivot, Search},
+    solver::FastTurns,
     state::{State, advance},
     tree::{NONE, Tree},
     vector::Vec3,
@@ -69,8 +72,8 @@ pub(crate) struct Step {
     pub efforts: Efforts,
     /// Mean power of all drives in the step, W.
     pub drive_power: f64,
-    /// Maximum turn in a step, rad.
-    pub max_turn: f64,
+    /// What is done if a link turns fast.
+    pub fast_turns: FastTurns,
     /// Velocities at the end of the step that the previous iteration found.
     previous: Vec<f64>,
 }
@@ -96,7 +99,7 @@ impl Step {
             load: zeros.clone(),
             efforts: Efforts { drive: zeros.clone(), friction: zeros.clone(), limit: zeros },
             drive_power: 0.0,
-            max_turn: f64::INFINITY,
+            fast_turns: FastTurns::Ignore,
             previous: vec![0.0; n],
         }
     }
@@ -191,9 +194,12 @@ impl Step {
         if !finite {
             return Err(DynamicsError::Diverged);
         }
-        let turns = self.pivot.ends.iter().map(|v| v.abs() * h).zip(&tree.dofs).enumerate();
-        match turns.into_iter().find(|(_, (turn, dof))| dof.angular && *turn > self.max_turn) {
-            Some((dof, (turn, _))) => Err(DynamicsError::TooFast { dof, turn }),
+        let FastTurns::Fail { max_turn } = self.fast_turns else { return Ok(()) };
+        let fastest = state.v.iter().zip(&self.pivot.ends).map(|(start, end)| start.abs().max(end.abs()));
+        let turns = fastest.map(|v| v * h).zip(&tree.dofs).enumerate();
+        let mut turns = turns.map(|(d, (turn, dof))| (d, turn * dof.turning));
+        match turns.find(|(_, turn)| *turn > max_turn) {
+            Some((dof, turn)) => Err(DynamicsError::TooFast { dof, turn }),
             None => Ok(()),
         }
     }

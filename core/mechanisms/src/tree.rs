@@ -57,14 +57,17 @@ impl Node {
     }
 }
 
+/// Length, m, by which a lever changes as much as by a turn of 1 rad: a typical distance of joints.
+const LEVER: f64 = 0.25;
+
 /// The parameters of one velocity.
 #[derive(Debug, Clone)]
 pub(crate) struct Dof {
     pub armature: f64,
     pub damping: f64,
     pub friction: f64,
-    /// Whether the velocity is angular.
-    pub angular: bool,
+    /// See [`Tree::turning`].
+    pub turning: f64,
     /// Limits of the position, rad or m; infinite if there are none.
     pub low: f64,
     pub high: f64,
@@ -91,9 +94,11 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Returns whether a velocity is angular, rad/s, rather than linear, m/s; false if there is none with this index.
-    pub fn is_angular(&self, velocity: usize) -> bool {
-        self.dofs.get(velocity).is_some_and(|dof| dof.angular)
+    /// Returns by how much a velocity of 1 changes the directions and levers of links, compared with a turn at 1 rad/s: 1
+    /// if it is angular, 4 1/m for a prismatic joint, and 0 for the linear velocities of a free link, or if there is no
+    /// velocity with this index.
+    pub fn turning(&self, velocity: usize) -> f64 {
+        self.dofs.get(velocity).map_or(0.0, |dof| dof.turning)
     }
 
     /// Creates a tree after checking its description. Complexity in time and memory: number of links times depth.
@@ -184,12 +189,13 @@ impl Tree {
             last = d as u32;
             let position = if velocities == 1 { self.positions as u32 } else { NONE };
             let &Link { armature, damping, friction, .. } = link;
-            let angular = match link.joint {
-                Joint::Revolute(_) | Joint::Spherical => true,
-                Joint::Free => d >= velocity + 3,
-                Joint::Fixed | Joint::Prismatic(_) => false,
+            let turning = match link.joint {
+                Joint::Revolute(_) | Joint::Spherical => 1.0,
+                Joint::Free if d >= velocity + 3 => 1.0,
+                Joint::Prismatic(_) => 1.0 / LEVER,
+                Joint::Fixed | Joint::Free => 0.0,
             };
-            self.dofs.push(Dof { armature, damping, friction, angular, low, high, position });
+            self.dofs.push(Dof { armature, damping, friction, turning, low, high, position });
         }
         self.last.push(last);
         self.positions += link.joint.positions();

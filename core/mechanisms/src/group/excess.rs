@@ -2,7 +2,15 @@
 //! their pieces after it. Left alone, they would throw light links, and each step would begin with those of the last.
 
 use super::{Group, ROUNDS, STEADY};
-use crate::{contact::Contact, error::GroupError, member::Member, vector::dot};
+use crate::{
+    contact::Contact,
+    error::GroupError,
+    member::Member,
+    rows::Point,
+    solver::FastTurns,
+    step::Balance,
+    vector::{Vec3, dot},
+};
 
 /// Energy that impulses may give due to rounding, relative to the effect of all of them.
 const ROUNDING: f64 = 1e-9;
@@ -89,6 +97,25 @@ impl Group {
         }
         self.rows.z.fill(0.0);
         if given <= ROUNDING * effect { 1.0 } else { (1.0 - given / effect).clamp(0.0, 1.0) }
+    }
+
+    /// Slows all members down if [`FastTurns::LimitEnergy`] requires it. Contacts move energy between the members, and
+    /// add only what moving objects and surfaces give.
+    pub(super) fn limit_energy(&self, members: &mut [Member<'_>], contacts: &[Contact], gravity: Vec3, h: f64) {
+        if !members.iter().any(|m| m.solver.step.fast_turns == FastTurns::LimitEnergy) {
+            return;
+        }
+        let mut sum = Balance::default();
+        for m in members.iter_mut() {
+            let balance = m.solver.step.balance(m.tree, m.state, gravity, h);
+            (sum.energy, sum.allowed) = (sum.energy + balance.energy, sum.allowed + balance.allowed);
+        }
+        let given = |((contact, point), impulse): ((&Contact, &Point), &Vec3)| -> f64 {
+            let moving = |row: usize| if row > 0 { dot(point.axes[row], contact.slide.into()) } else { 0.0 };
+            (0..3).map(|row| impulse[row] * (moving(row) - point.drift[row])).sum()
+        };
+        sum.allowed += contacts.iter().zip(&self.rows.points).zip(&self.impulses).map(given).sum::<f64>();
+        members.iter_mut().for_each(|m| m.solver.step.slow_down(sum));
     }
 
     /// Applies a multiple of all impulses to `z`.

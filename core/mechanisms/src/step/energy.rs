@@ -1,7 +1,7 @@
 //! What keeps a step from adding energy: the convergence of forces of gyration, and corrections of positions.
 
 use super::Step;
-use crate::{error::DynamicsError, tree::Tree};
+use crate::{error::DynamicsError, solver::FastTurns, state::State, tree::Tree, vector::Vec3};
 
 /// Corrections of positions by less than this, m or rad, hardly change the inertia; those of a contact at rest are of
 /// the order of 1e-6.
@@ -12,21 +12,28 @@ const CONSIDERABLE_TURN: f64 = 0.02;
 /// step is too long. The error that is left is smaller by about the ratio of the last two changes.
 const CONVERGED: f64 = 1e-3;
 
+/// The kinetic energy of one or several trees and the greatest that it may be, J.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Balance {
+    pub energy: f64,
+    pub allowed: f64,
+}
+
 impl Step {
     /// Stores the velocities that an iteration has found, for [`check_convergence`](Self::check_convergence).
     pub fn remember(&mut self) {
         self.previous.copy_from_slice(&self.pivot.ends);
     }
 
-    /// Returns an error if steps that turn too far may fail, links turn considerably, and the energy of the change by
-    /// the last iteration is not small.
+    /// Returns an error if fast turns are to fail, links turn considerably, and the energy of the change by the last
+    /// iteration is not small.
     pub fn check_convergence(&mut self, tree: &Tree, h: f64) -> Result<(), DynamicsError> {
-        if self.max_turn == f64::INFINITY {
+        if !matches!(self.fast_turns, FastTurns::Fail { .. }) {
             return Ok(());
         }
         let turns = self.pivot.ends.iter().map(|v| v.abs() * h).zip(&tree.dofs).enumerate();
-        let fast = turns.into_iter().find(|(_, (turn, dof))| dof.angular && *turn > CONSIDERABLE_TURN);
-        let Some((dof, (turn, _))) = fast else { return Ok(()) };
+        let mut turns = turns.map(|(d, (turn, dof))| (d, turn * dof.turning));
+        let Some((dof, turn)) = turns.find(|(_, turn)| *turn > CONSIDERABLE_TURN) else { return Ok(()) };
         for (change, end) in self.previous.iter_mut().zip(&self.pivot.ends) {
             *change -= end;
         }
@@ -43,13 +50,32 @@ impl Step {
             return;
         }
         self.place.copy_from_slice(&self.uncorrected);
-        let old = self.kinetic_energy(tree);
+        let allowed = self.kinetic_energy(tree);
         self.place.copy_from_slice(&self.q);
-        let new = self.kinetic_energy(tree);
-        if new > old {
-            let share = (old / new).sqrt();
+        let energy = self.kinetic_energy(tree);
+        self.slow_down(Balance { energy, allowed });
+    }
+
+    /// Reduces the velocities at the end of the step if the kinetic energy exceeds the one allowed.
+    pub fn slow_down(&mut self, Balance { energy, allowed }: Balance) {
+        if energy > allowed {
+            let share = (allowed.max(0.0) / energy).sqrt();
             self.pivot.ends.iter_mut().for_each(|v| *v *= share);
         }
+    }
+
+    /// Returns the kinetic energy at the end of the step, and the one that the state before it, gravity, drives, springs
+    /// and external forces account for.
+    pub fn balance(&mut self, tree: &Tree, state: &State, gravity: Vec3, h: f64) -> Balance {
+        self.place.copy_from_slice(&state.q);
+        self.set_poses(tree);
+        let before = 0.5 * self.mass.product(tree, &state.v, &mut self.middle) + self.kinematics.potential(gravity);
+        self.place.copy_from_slice(&self.q);
+        let energy = self.kinetic_energy(tree);
+        let means = state.v.iter().zip(&self.pivot.ends).map(|(v, end)| (0.5 * (v + end), *end));
+        let power: f64 = means.zip(&self.passive).map(|((v, end), (at, slope))| v * (at - slope * end)).sum();
+        let work = h * (self.drive_power + power);
+        Balance { energy, allowed: before - self.kinematics.potential(gravity) + work }
     }
 
     /// Returns the kinetic energy at the positions in `place` and the velocities at the end of the step, J.

@@ -181,11 +181,11 @@ fn random_trees_gain_no_energy() {
     check(0..COUNT, 0);
 }
 
-/// One in a hundred still gains energy: see the limits in `docs/mechanisms.md`.
+/// Tree 284 still gains energy: see the limits in `docs/mechanisms.md`.
 #[test]
 #[ignore = "takes about ten minutes: .ci/run --long"]
-fn few_of_many_random_trees_gain_energy() {
-    check(COUNT..LONG_COUNT, 5);
+fn one_of_500_random_trees_gains_energy() {
+    check(COUNT..LONG_COUNT, 1);
 }
 
 impl Machine {

@@ -305,7 +305,6 @@ impl Rapier {
             drives: Drives::new(&tree),
             efforts: vec![0.0; tree.velocities()],
             work: 0.0,
-            spins: (0..tree.velocities()).filter(|v| tree.is_angular(*v)).collect(),
             damping,
             tree,
             state,

@@ -67,8 +67,6 @@ pub(in crate::rapier) struct Built {
     pub efforts: Vec<f64>,
     /// Energy that the drives added in the last step, J, for checks of the balance of energy.
     pub work: f64,
-    /// Indices of the velocities that are angular.
-    pub spins: Vec<usize>,
 }
 
 /// The impulse of a contact of a tree, used to warm start the next step.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rapier3d::math::Vector;
 use rayon::prelude::*;
-use tatu_mechanisms::{Contact, DynamicsError, Group, GroupError, Member};
+use tatu_mechanisms::{Contact, DynamicsError, FastTurns, Group, GroupError, Member};
 
 use super::{
     contacts::Found,
@@ -262,7 +262,8 @@ impl Island {
     fn parts(&self, h: f64) -> usize {
         let mut most = 0.0f64;
         for built in self.mechanisms.iter().filter_map(|m| m.built.as_ref()) {
-            most = built.spins.iter().fold(most, |most, v| most.max(built.state.v[*v].abs()));
+            let turns = built.state.v.iter().enumerate().map(|(i, v)| built.tree.turning(i) * v.abs());
+            most = turns.fold(most, f64::max);
         }
         ((h * most / TURN).ceil() as usize).clamp(1, MOST_PARTS)
     }
@@ -270,8 +271,9 @@ impl Island {
     /// Advances the trees by a part `h` of a sub-step, s. If something would turn too far, because an impact has made it
     /// spin, the part is divided further.
     fn part(&mut self, group: &mut Group, gravity: Vector3<f64>, h: f64, substep: f64) -> Result<(), DynamicsError> {
-        let max_turn = if h > substep / MOST_PARTS as f64 { 1.25 * TURN } else { f64::INFINITY };
-        match self.step(group, gravity, h, max_turn) {
+        let divisible = h > substep / MOST_PARTS as f64;
+        let fast_turns = if divisible { FastTurns::Fail { max_turn: 1.25 * TURN } } else { FastTurns::LimitEnergy };
+        match self.step(group, gravity, h, fast_turns) {
             Err(DynamicsError::TooFast { .. }) => {
                 self.part(group, gravity, 0.5 * h, substep)?;
                 return self.part(group, gravity, 0.5 * h, substep);
@@ -291,14 +293,20 @@ impl Island {
     }
 
     /// Advances the trees by one step of their solver; if this fails, no tree has moved.
-    fn step(&mut self, group: &mut Group, gravity: Vector3<f64>, h: f64, max_turn: f64) -> Result<(), DynamicsError> {
+    fn step(
+        &mut self,
+        group: &mut Group,
+        gravity: Vector3<f64>,
+        h: f64,
+        fast_turns: FastTurns,
+    ) -> Result<(), DynamicsError> {
         let mut members = Vec::with_capacity(self.mechanisms.len());
         for mechanism in &mut self.mechanisms {
             let Some(built) = &mut mechanism.built else {
                 // Contacts refer to members by their indices, so none may be left out.
                 if self.contacts.is_empty() { continue } else { return Err(DynamicsError::Diverged) }
             };
-            built.solver.set_max_turn(max_turn);
+            built.solver.set_fast_turns(fast_turns);
             if self.contacts.is_empty() {
                 built.solver.step(&mut built.state, &built.tree, &built.drives, gravity, h)?;
                 mechanism.carried.copy_from_slice(&built.solver.efforts().drive);
