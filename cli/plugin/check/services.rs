@@ -15,8 +15,10 @@ use super::{
 
 /// Number of steps of a run.
 const STEPS: usize = 8;
-/// Real time of a step above which `barrier` is considered to block. A hold, which is allowed, ends after 0.1 s.
+/// Real time of a step above which `barrier` may block. A hold, which is allowed, ends after 0.1 s.
 const LONG: Duration = Duration::from_millis(700);
+/// Number of steps that must take so long: a busy machine may interrupt a step or two.
+const BLOCKED_STEPS: usize = 3;
 
 /// Runs the test `services`.
 pub fn run(file: &Path) -> Result<(), Error> {
@@ -48,11 +50,13 @@ pub fn run(file: &Path) -> Result<(), Error> {
         session.join(&world);
         finding::at(&place, "in its `barrier`");
         world.start();
+        let mut blocked = 0;
         for _ in 0..STEPS {
             let begin = Instant::now();
             world.step();
             let took = begin.elapsed();
-            if took > LONG {
+            blocked += usize::from(took > LONG);
+            if blocked == BLOCKED_STEPS {
                 error(&place, format!("its `barrier` blocks: a step took {:.1} s", took.as_secs_f64()));
                 break;
             }

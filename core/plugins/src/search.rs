@@ -1,6 +1,7 @@
 //! The folders that are searched for plugins, and the files that can be plugins.
 
 use std::{
+    fs::File,
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -57,17 +58,34 @@ pub struct Search {
 pub struct Copies {
     folder: TempDir,
     made: AtomicUsize,
+    /// Locked as long as this process lives, however it ends.
+    _lock: File,
 }
 
+/// The prefix of folders with copies, and the name of the lock in each.
+const FOLDER_PREFIX: &str = "tatu-plugins-";
+const LOCK_NAME: &str = "lock";
+
 impl Copies {
-    /// Creates an empty temporary folder.
+    /// Creates an empty temporary folder, and removes those of processes that were killed: they take 250 MB each.
     pub fn new() -> Result<Self> {
-        let folder = TempDir::with_prefix("tatu-").map_err(|e| {
+        remove_abandoned(&std::env::temp_dir());
+        let create = || -> std::io::Result<(TempDir, File)> {
+            let folder = TempDir::with_prefix(FOLDER_PREFIX)?;
+            // The lock gets its name only when it is locked, so no other process can find it unlocked.
+            let unlocked = folder.path().join("unlocked");
+            let lock = File::create(&unlocked)?;
+            lock.lock()?;
+            std::fs::rename(unlocked, folder.path().join(LOCK_NAME))?;
+            Ok((folder, lock))
+        };
+        let (folder, lock) = create().map_err(|e| {
             let text = format!("cannot create a folder for copies of plugins: {e}");
             Error::new("E105", text).help("set TMPDIR to a folder that can be written")
         })?;
-        Ok(Copies { folder, made: AtomicUsize::new(0) })
+        Ok(Copies { folder, made: AtomicUsize::new(0), _lock: lock })
     }
+
     /// Copies a file to a unique name. The name must be unique because the loader would return the first library again
     /// for a second one with the same name.
     pub fn copy(&self, file: &Path) -> std::io::Result<PathBuf> {
@@ -75,6 +93,19 @@ impl Copies {
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let copy = self.folder.path().join(format!("{number}-{name}"));
         std::fs::copy(file, &copy).map(|_| copy)
+    }
+}
+
+/// Removes the folders with copies whose lock nobody holds. Those of other users, and whatever cannot be removed, stay.
+fn remove_abandoned(parent: &Path) {
+    for entry in std::fs::read_dir(parent).into_iter().flatten().flatten() {
+        if !entry.file_name().to_string_lossy().starts_with(FOLDER_PREFIX) {
+            continue;
+        }
+        let lock = File::options().write(true).open(entry.path().join(LOCK_NAME));
+        if lock.is_ok_and(|lock| lock.try_lock().is_ok()) {
+            let _ = std::fs::remove_dir_all(entry.path());
+        }
     }
 }
 
@@ -187,5 +218,32 @@ impl Search {
             out += &format!("\n    {}{note}", folder.display());
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_of_killed_processes_are_removed_and_others_are_not() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = |name: &str| {
+            let folder = parent.path().join(name);
+            std::fs::create_dir(&folder).unwrap();
+            folder
+        };
+        let abandoned = folder("tatu-plugins-abandoned");
+        File::create(abandoned.join(LOCK_NAME)).unwrap();
+        File::create(abandoned.join("0-libtatu_example.so")).unwrap();
+        let in_use = folder("tatu-plugins-in-use");
+        let lock = File::create(in_use.join(LOCK_NAME)).unwrap();
+        lock.lock().unwrap();
+        let not_yet_locked = folder("tatu-plugins-not-yet-locked");
+        let other = folder("tatu-other");
+        File::create(other.join(LOCK_NAME)).unwrap();
+        remove_abandoned(parent.path());
+        assert!(!abandoned.exists());
+        assert!(in_use.exists() && not_yet_locked.exists() && other.exists());
     }
 }
